@@ -12,8 +12,27 @@ use sph::setup::{Coupling, ParameterSet, ParticipantSetup};
 use sph::space::AnySpace;
 
 /// Makes fluid solvers for the service.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct FluidFactory;
+#[derive(Clone, Debug, Default)]
+pub struct FluidFactory {
+    parts: Parts,
+}
+
+/// The parts in which a fluid is computed.
+#[derive(Clone, Debug, Default)]
+enum Parts {
+    /// One.
+    #[default]
+    One,
+    /// So many threads of this process.
+    Threads(usize),
+}
+
+impl FluidFactory {
+    /// Makes solvers in `parts` threads, each with its own particles; see [`fluid::in_threads`].
+    pub fn in_threads(parts: usize) -> Self {
+        Self { parts: if parts > 1 { Parts::Threads(parts) } else { Parts::One } }
+    }
+}
 
 impl SolverFactory for FluidFactory {
     fn describe(&self) -> Description {
@@ -45,9 +64,10 @@ impl SolverFactory for FluidFactory {
         ];
         let facts =
             facts.map(|(name, value, unit)| Fact { name: name.into(), value, unit: unit.into() }).into();
-        let solver = match setup {
-            AnySpace::Plane(setup) => fluid::plane_solver(setup),
-            AnySpace::Spatial(setup) => fluid::spatial_solver(setup),
+        let solver = match (&self.parts, setup) {
+            (Parts::One, AnySpace::Plane(setup)) => fluid::plane_solver(setup),
+            (Parts::One, AnySpace::Spatial(setup)) => fluid::spatial_solver(setup),
+            (Parts::Threads(parts), setup) => fluid::in_threads(setup, *parts),
         };
         let solver = solver.map_err(SetupProblems)?;
         Ok(Opened { solver, constants, facts, bodies: Vec::new() })
@@ -56,5 +76,5 @@ impl SolverFactory for FluidFactory {
 
 /// Runs the server program on `args`, the program's name first; see [`proto::transport::node::NodeArgs`].
 pub fn main_with(args: impl IntoIterator<Item = OsString>) -> ExitCode {
-    proto::transport::node::main_with(args, FluidFactory)
+    proto::transport::node::main_with(args, FluidFactory::default())
 }

@@ -63,13 +63,14 @@ pub struct SideState {
     pub energy: SideEnergy,
 }
 
-/// Takes `steps` steps of the case file at `path`, or all that it has, and says where each side stands.
+/// Takes `steps` steps of the case file at `path`, or all that it has, with the fluid in `parts`, and says where each side
+/// stands.
 ///
 /// # Errors
 /// When the case is refused or a side fails; the message names the side.
-pub fn first_steps(path: &Path, steps: u64) -> Result<Vec<SideState>, String> {
+pub fn first_steps(path: &Path, steps: u64, parts: usize) -> Result<Vec<SideState>, String> {
     let case = coordinator::run::load(path).map_err(|failure| failure.to_string())?;
-    run(&case, steps, |_| None).map_err(|message| format!("{}: {message}", path.display()))
+    run(&case, steps, parts, |_| None).map_err(|message| format!("{}: {message}", path.display()))
 }
 
 /// What steps of a case have cost.
@@ -93,7 +94,7 @@ const WARM_UP: u64 = 20;
 pub fn cpu_time(path: &Path, seconds: f64) -> Result<StepCost, String> {
     let case = coordinator::run::load(path).map_err(|failure| failure.to_string())?;
     let (mut start, mut end) = (None, None);
-    run(&case, WARM_UP, |step| {
+    run(&case, WARM_UP, 1, |step| {
         let now = proto::trace::process_cpu().as_secs_f64();
         end = Some((step, now));
         let (_, started) = *start.get_or_insert((step, now));
@@ -115,10 +116,11 @@ pub fn cpu_time(path: &Path, seconds: f64) -> Result<StepCost, String> {
 fn run(
     case: &Case,
     steps: u64,
+    parts: usize,
     mut further: impl FnMut(u64) -> Option<u64>,
 ) -> Result<Vec<SideState>, String> {
     let (events, mut received) = tokio::sync::mpsc::channel(PENDING_EVENTS);
-    let threads = Threads::each(1);
+    let threads = Threads::each(1).with_fluid_parts(parts);
     let solvers = in_process::start(case.fluid_setup(), case.solid_setup(), threads, None, &events)
         .map_err(|failure| failure.to_string())?;
     drop(events);

@@ -25,14 +25,14 @@ pub struct Idle {
 impl SolverFactory for Idle {
     fn describe(&self) -> Description {
         match self.role {
-            Role::Fluid => fluid_server::FluidFactory.describe(),
+            Role::Fluid => fluid_server::FluidFactory::default().describe(),
             Role::Solid => solid_server::SolidFactory.describe(),
         }
     }
 
     fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
         let opened = match self.role {
-            Role::Fluid => fluid_server::FluidFactory.open(setup)?,
+            Role::Fluid => fluid_server::FluidFactory::default().open(setup)?,
             Role::Solid => solid_server::SolidFactory.open(setup)?,
         };
         let mut states = StateColumns::default();

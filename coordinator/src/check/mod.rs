@@ -80,7 +80,7 @@ pub fn open(case: &Case) -> Result<Opened, Failure> {
     // One after the other: each needs memory.
     if case.has(Role::Fluid) && asked(Role::Fluid, &case.servers.fluid, FLUID_BYTES * (fluid + walls)) {
         let setup = case.fluid_setup().map(ParticipantSetup::Fluid);
-        limits.extend(try_open(Role::Fluid, &fluid_server::FluidFactory, setup, &mut remarks)?);
+        limits.extend(try_open(Role::Fluid, &fluid_server::FluidFactory::default(), setup, &mut remarks)?);
     }
     if case.has(Role::Solid)
         && asked(Role::Solid, &case.servers.solid, SOLID_BYTES * solid + FLUID_BYTES * walls)

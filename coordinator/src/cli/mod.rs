@@ -209,7 +209,7 @@ pub fn main(name: &'static str) -> ExitCode {
         Command::Compare(arguments) => arguments.execute(),
         Command::Completions(arguments) => arguments.execute(),
         Command::Man(arguments) => arguments.execute(),
-        Command::FluidServer(node) => return node.serve(FluidFactory),
+        Command::FluidServer(node) => return node.serve(FluidFactory::default()),
         Command::SolidServer(node) => return node.serve(SolidFactory),
         Command::NodeGuard(guard) => return guard.execute(),
     };

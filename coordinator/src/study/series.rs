@@ -73,15 +73,27 @@ pub fn largest_rise(values: &[f64]) -> f64 {
 /// `guess` is λ and ω to start from; the linear part is solved exactly for each (λ, ω), which a shrinking pattern
 /// search improves.
 pub fn damped_oscillation(points: &[(f64, f64)], guess: (f64, f64)) -> (f64, f64, f64) {
+    damped(points, guess, |_| 1.0)
+}
+
+/// Damping rate λ and angular frequency ω of `e^(−λt) (c + a cos ωt + b sin ωt)` fitted to points, as
+/// [`damped_oscillation`] does: an energy that swings between two kinds and is lost.
+pub fn damped_swings(points: &[(f64, f64)], guess: (f64, f64)) -> (f64, f64) {
+    let (_, rate, omega) = damped(points, guess, |amplitude| amplitude);
+    (rate, omega)
+}
+
+/// The fit whose mean is `mean` of e^(−λt) times a constant.
+fn damped(points: &[(f64, f64)], guess: (f64, f64), mean: fn(f64) -> f64) -> (f64, f64, f64) {
     let (mut rate, mut omega) = guess;
     let (mut rate_step, mut omega_step) = (0.2 * omega, 0.05 * omega);
-    let mut best = oscillation_residual(points, rate, omega);
+    let mut best = oscillation_residual(points, rate, omega, mean);
     for _ in 0..200 {
         let trials = [(rate_step, 0.0), (-rate_step, 0.0), (0.0, omega_step), (0.0, -omega_step)];
         let better = trials
             .into_iter()
             .map(|(r, w)| (rate + r, omega + w))
-            .map(|(r, w)| (oscillation_residual(points, r, w), r, w))
+            .map(|(r, w)| (oscillation_residual(points, r, w, mean), r, w))
             .filter(|trial| trial.0.0 < best.0)
             .min_by(|a, b| a.0.0.total_cmp(&b.0.0));
         match better {
@@ -93,10 +105,10 @@ pub fn damped_oscillation(points: &[(f64, f64)], guess: (f64, f64)) -> (f64, f64
 }
 
 /// Sum of squares that the best linear part leaves, and its mean c.
-fn oscillation_residual(points: &[(f64, f64)], rate: f64, omega: f64) -> (f64, f64) {
+fn oscillation_residual(points: &[(f64, f64)], rate: f64, omega: f64, mean: fn(f64) -> f64) -> (f64, f64) {
     let basis = |t: f64| {
         let amplitude = (-rate * t).exp();
-        [1.0, amplitude * (omega * t).cos(), amplitude * (omega * t).sin()]
+        [mean(amplitude), amplitude * (omega * t).cos(), amplitude * (omega * t).sin()]
     };
     // Normal equations, three by three, by elimination.
     let mut rows = [[0.0; 4]; 3];
@@ -146,6 +158,17 @@ mod tests {
         let (mean, rate, omega) = damped_oscillation(&points, (0.1, 1.7));
         // The pattern search ends at steps of 1e-9.
         assert!((mean - 0.3).abs() < 1e-6 && (rate - 0.07).abs() < 1e-6 && (omega - 1.76).abs() < 1e-6);
+    }
+
+    #[test]
+    fn swings_of_an_energy_that_is_lost_are_recovered() {
+        let energy = |t: f64| (-0.4 * t).exp() * (1.0 + 0.9 * (2.0 * t).cos() - 0.1 * (2.0 * t).sin());
+        let points: Vec<(f64, f64)> = (0..400).map(|k| 0.05 * f64::from(k)).map(|t| (t, energy(t))).collect();
+        let (rate, omega) = damped_swings(&points, (0.1, 1.9));
+        assert!((rate - 0.4).abs() < 1e-6 && (omega - 2.0).abs() < 1e-6, "{rate} {omega}");
+        // About a mean that stays it is another one.
+        let (_, _, otherwise) = damped_oscillation(&points, (0.1, 1.9));
+        assert!((otherwise - 2.0).abs() > 0.01, "{otherwise}");
     }
 
     #[test]

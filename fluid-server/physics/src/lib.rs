@@ -3,7 +3,9 @@
 //! Rooms, each depending on those above it only:
 //!
 //! ```text
+//! team/          the parts of a fluid that is computed in several: messages, and what they find together
 //! system/        what exists: model, set-up, state, checkpoint form, walls, layout of particles
+//! parts/         which particles a part owns, the copies of others that it holds
 //! neighbours/    lists with a skin, rows, and the batches in which they are read
 //! equations/     laws of a pair and of a particle: Eq. (4), (17)-(24), viscosity, corrections
 //! boundary/      state of walls, Eq. (27)-(28), repulsion by walls, particles that leave
@@ -12,7 +14,8 @@
 //! interface/     the solid partner
 //! time/          the flow of a stage, movement, step limit, state scan, momentum budget
 //! report/        probes, fields, wall forces
-//! solver         the solver as a half-step driver sees it
+//! solver         the solver as a half-step driver sees it, of one part or of all fluid
+//! lead           the parts as one solver
 //! constants      coefficients that no case sets, listed
 //! ```
 //!
@@ -30,17 +33,23 @@ mod constants;
 mod equations;
 mod free_surface;
 mod interface;
+mod lead;
 mod neighbours;
+mod parts;
 mod rates;
 mod report;
 mod solver;
 mod system;
+mod team;
 mod time;
 
 #[cfg(test)]
 mod tests;
 
 pub use constants::constants;
+pub use lead::{first_part, in_threads, other_part};
 pub use solver::{FluidSolver, plane_solver, spatial_solver};
 pub use system::packed_particle::FluidSpace;
+pub use team::Team;
+pub use team::transport::{Lost, Transport};
 pub use time::step_limit::viscous_limit;

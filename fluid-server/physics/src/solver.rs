@@ -12,6 +12,7 @@ use sph::space::tensors::SpaceVector;
 use sph::space::{Plane, Spatial};
 
 use crate::boundary::departures::{EndedStep, remove_departed};
+use crate::parts::partition::share;
 use crate::report::boundary_evaluation::BoundaryEvaluation;
 use crate::report::wall_forces::wall_forces;
 use crate::report::{fields, probes};
@@ -20,6 +21,7 @@ use crate::system::model::FluidModel;
 use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::saved;
 use crate::system::state::FluidState;
+use crate::team::Team;
 use crate::time::stage::Workspace;
 use crate::time::step_limit::time_step_limit;
 use crate::time::{advance, checks, energy_budget};
@@ -50,11 +52,22 @@ impl<S: FluidSpace> FluidSolver<S> {
     /// # Errors
     /// Everything in the set-up that can not be run.
     pub fn with_arithmetic(setup: FluidSetup<S>, arithmetic: Arithmetic) -> Result<Self, Vec<String>> {
-        let (model, mut state) = build(setup, arithmetic)?;
+        Self::part(setup, arithmetic, Team::default())
+    }
+
+    /// The part of a solver that is one of `team`, whose members all call this at the same time.
+    ///
+    /// # Errors
+    /// Everything in the set-up that can not be run; all members get the same.
+    pub fn part(setup: FluidSetup<S>, arithmetic: Arithmetic, team: Team) -> Result<Self, Vec<String>> {
+        let (model, mut state) = build(setup, arithmetic, team)?;
+        if !model.team.is_alone() {
+            state = state.part(share(state.len(), model.team.rank(), model.team.size()));
+        }
         state.energy.start = energy_budget::stores(&probes::energies(&model, &state));
         let mut workspace = Workspace::new(&model);
         if let Some(interface) = &mut workspace.interface {
-            interface.update_extent(&state);
+            interface.update_extent(&model.team, &state);
         }
         workspace.largest_speed = checks::check_state(&model, &state, StepStage::FIRST)
             .map_err(|divergence| vec![format!("the first state can not be run: {divergence}")])?;
@@ -93,6 +106,17 @@ pub fn spatial_solver(setup: FluidSetup<Spatial>) -> Result<Box<dyn Solver>, Vec
     Ok(Box::new(FluidSolver::new(setup)?))
 }
 
+/// Calls `work` with the state of all parts, at the first of them.
+fn with_all<S: FluidSpace>(model: &FluidModel<S>, state: &FluidState<S>, work: impl FnOnce(&FluidState<S>)) {
+    if model.team.is_alone() {
+        return work(state);
+    }
+    let all = model.team.join_at_first(state.clone(), FluidState::extend);
+    if model.team.rank() == 0 {
+        work(&FluidState { others: 0, ..all });
+    }
+}
+
 impl<S: FluidSpace> Solver for FluidSolver<S> {
     fn role(&self) -> Role {
         Role::Fluid
@@ -109,13 +133,24 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
 
     fn limiting_particle(&self) -> Option<(u32, Vec<f64>)> {
         let Self { model, state, workspace, .. } = self;
-        // Accelerations stay with leapfrog alone; elsewhere speeds decide.
+        // Accelerations stay with leapfrog alone; elsewhere speeds decide. Pair sums read extrapolated velocities.
         let limit = |i: usize| {
             let acceleration = state.acceleration.get(i).map_or(0.0, S::Vector::norm);
-            time_step_limit(model, workspace.fluid[i].velocity().norm(), acceleration)
+            let packed =
+                workspace.fluid.get(workspace.lists.halo().before() + i).filter(|_| workspace.current);
+            let velocity = packed.map_or(state.velocity[i], Packed::velocity);
+            time_step_limit(model, velocity.norm(), acceleration)
         };
-        let i = (0..state.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)))?;
-        Some((state.id[i], state.position[i].row().as_ref().to_vec()))
+        let i = (0..state.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)));
+        let own = i.map(|i| (limit(i), (state.id[i], state.position[i].row().as_ref().to_vec())));
+        let first = model.team.join(own, |first, other| {
+            if let Some((limit, _)) = &other
+                && first.as_ref().is_none_or(|(least, _)| limit.total_cmp(least).is_lt())
+            {
+                *first = other;
+            }
+        });
+        first.map(|(_, particle)| particle)
     }
 
     fn extent(&self) -> &Extent {
@@ -123,9 +158,12 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
     }
 
     fn interface(&mut self, partner: &Extent, reach: f64, states: &mut StateColumns) -> u64 {
-        let Workspace { interface, fluid, .. } = &mut self.workspace;
+        let Workspace { interface, fluid, lists, .. } = &mut self.workspace;
+        let own = lists.halo().own(fluid.len());
         match interface {
-            Some(interface) => interface.select(&self.state, fluid, partner, reach, states),
+            Some(interface) => {
+                interface.select(&self.model.team, &self.state, &fluid[own], partner, reach, states)
+            }
             None => {
                 states.clear();
                 0
@@ -137,7 +175,7 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
         self.workspace
             .interface
             .as_ref()
-            .map_or(Ok(()), |interface| interface.covered_by(&self.state, extent, reach))
+            .map_or(Ok(()), |interface| interface.covered_by(&self.model.team, &self.state, extent, reach))
     }
 
     fn evaluate_own(&mut self, time: &StageTime) {
@@ -169,7 +207,7 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
         self.boundary.invalidate();
         let Self { model, state, workspace, .. } = self;
-        let findings = workspace.findings();
+        let findings = workspace.findings;
         findings.verdict(model, state, time.at).map_err(|divergence| *divergence)?;
         let step = EndedStep {
             time,
@@ -192,11 +230,14 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
     fn probes(&mut self, time: f64, values: &mut Vec<f64>) {
         let Self { model, state, workspace, boundary, .. } = self;
         let immersed = workspace.interface.as_ref().map_or(0, |interface| interface.immersed());
-        let wall_forces = || match boundary.evaluated(model, state, workspace, time) {
-            Some((state, workspace)) => wall_forces(model, state, workspace, time),
-            None => vec![S::Vector::repeat(f64::NAN); model.walls.names.len()],
-        };
-        probes::values(model, state, wall_forces, immersed, values);
+        let mut forces = Vec::new();
+        if probes::need_wall_forces(model) {
+            forces = match boundary.evaluated(model, state, workspace, time) {
+                Some((state, workspace)) => wall_forces(model, state, workspace, time),
+                None => vec![S::Vector::repeat(f64::NAN); model.walls.names.len()],
+            };
+        }
+        with_all(model, state, |state| probes::values(model, state, &forces, immersed, values));
     }
 
     fn snapshot(&mut self, step: u64, time: f64) -> ParticleFields {
@@ -205,15 +246,20 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
             // Where it fails, walls are as the last stage saw them.
             boundary.evaluated(model, state, workspace, time);
         }
-        let walls = boundary.walls(workspace);
+        let (walls, lists) = boundary.walls(workspace);
         let mut field = walls.field.clone();
         field.place(&model.walls, &model.domain, time);
-        fields::particle_fields(model, state, &field, &walls.particles, step, time)
+        let particles = walls.of_all_parts(model, lists);
+        let mut fields = ParticleFields::default();
+        with_all(model, state, |state| {
+            fields = fields::particle_fields(model, state, &field, &particles, step, time);
+        });
+        fields
     }
 
     fn counts(&self) -> Counts {
         Counts {
-            particles: self.state.len() as u64,
+            particles: self.state.total() as u64,
             wall_particles: self.model.walls.len() as u64,
             list_builds: self.state.list_builds,
             escaped: self.state.escaped,
@@ -224,17 +270,44 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
     }
 
     fn save(&self, saved: &mut SavedState) {
-        self.state.save(saved);
+        with_all(&self.model, &self.state, |state| state.save(saved));
         let interface = self.workspace.interface.as_ref();
         saved.put_u64(saved::INTERFACE, interface.map_or([0; 2], |interface| interface.history()));
     }
 
     fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
-        let state = FluidState::restored(&self.model, saved)?;
-        let history = saved.u64s(saved::INTERFACE)?;
+        let (state, history) = self.restored(saved)?;
+        self.take_over(state, history)
+    }
+}
+
+impl<S: FluidSpace> FluidSolver<S> {
+    /// The state of all parts that was saved, and the history of the interface.
+    ///
+    /// # Errors
+    /// When arrays do not fit each other or the model.
+    pub fn restored(&self, saved: &SavedState) -> Result<(FluidState<S>, [u64; 2]), RestoreError> {
+        Ok((FluidState::restored(&self.model, saved)?, saved.u64s(saved::INTERFACE)?))
+    }
+
+    /// Takes over a state of all parts, which the first of them has, with the history of the interface.
+    ///
+    /// # Errors
+    /// When it breaks a limit.
+    pub fn take_over(&mut self, all: FluidState<S>, history: [u64; 2]) -> Result<(), RestoreError> {
+        let team = &self.model.team;
+        let of_part = |part: usize| (all.part(share(all.len(), part, team.size())), history);
+        let (state, history) = if team.is_alone() {
+            (all, history)
+        } else if team.rank() > 0 {
+            team.receive_value(0)
+        } else {
+            (1..team.size()).for_each(|part| team.send_value(part, &of_part(part)));
+            of_part(0)
+        };
         let mut workspace = Workspace::new(&self.model);
         if let Some(interface) = &mut workspace.interface {
-            interface.restore(&state, history);
+            interface.restore(&self.model.team, &state, history);
         }
         workspace.largest_speed = checks::check_state(&self.model, &state, StepStage::FIRST)
             .map_err(|divergence| RestoreError::new("state", divergence.to_string()))?;

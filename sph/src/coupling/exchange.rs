@@ -1,11 +1,13 @@
 //! What two solvers swap at each half-step, and the trait by which they do.
 
+use serde::{Deserialize, Serialize};
+
 use crate::coupling::ledger::{InterfaceSums, MomentumReport};
 use crate::coupling::stage::{StageTime, StepStage};
 use crate::space::components::Components;
 
 /// One field of all particles of a frame: `components` numbers per particle, particle by particle.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Column {
     /// Numbers per particle; 0 in an empty column.
     pub components: usize,
@@ -73,7 +75,7 @@ impl<C: Components> FromIterator<C> for Column {
 /// States of the particles of one side that may lie within support of the other, ids ascending: what frames carry.
 ///
 /// Solvers work on [`InterfaceStates`](crate::interface::states::InterfaceStates) in the vectors of their space.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StateColumns {
     /// Identity among the sender's particles, strictly ascending.
     pub id: Vec<u32>,
@@ -134,7 +136,7 @@ pub enum FrameContent {
 /// Where one side's particles are: boxes whose union contains all of them that can interact with the other side.
 ///
 /// One bounding box is always valid; finer boxes make the partner send fewer particles.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Extent {
     /// Counts the changes of `boxes`.
     pub version: u64,

@@ -2,6 +2,8 @@
 
 use std::cmp::Ordering;
 
+use serde::{Deserialize, Serialize};
+
 use crate::coupling::exchange::{Column, Extent};
 use crate::space::algebra::Algebra;
 use crate::space::components::Components;
@@ -30,10 +32,11 @@ impl<S: Space> ExtentTracker<S> {
         Self { domain: *domain, cell, extent: Extent::default() }
     }
 
-    /// Describes `positions`, each free to move by `slack` \[m\] until the next update.
-    pub fn update(&mut self, positions: &[S::Vector], slack: f64) {
+    /// Describes the particles in the cells `occupied`, as [`ExtentTracker::occupied`] returns them, each free to move
+    /// by `slack` \[m\] until the next update.
+    pub fn update(&mut self, occupied: &OccupiedCells, slack: f64) {
         let mut values = Vec::new();
-        for [first, last] in merged_blocks::<S>(&self.occupied(positions)) {
+        for [first, last] in merged_blocks::<S>(&occupied.sorted::<S>()) {
             let corner = |cells: S::Of<f64>| self.domain.lower + S::vector(cells) * self.cell;
             let (lower, upper) =
                 (S::axes(|axis| first[axis] as f64), S::axes(|axis| (last[axis] + 1) as f64));
@@ -74,18 +77,39 @@ impl<S: Space> ExtentTracker<S> {
         if missing > 0.0 { Err(missing) } else { Ok(()) }
     }
 
-    /// Occupied cells by [`order`].
-    fn occupied(&self, positions: &[S::Vector]) -> Vec<Index<S>> {
+    /// The cells in which there are `positions` \[m\].
+    pub fn occupied(&self, positions: &[S::Vector]) -> OccupiedCells {
         // Saturating conversions: positions are finite, and a stray one only makes a far box.
         let cell_of = |x: &S::Vector| {
             let k = (self.domain.wrapped(x) - self.domain.lower) / self.cell;
             S::axes(|axis| k[axis].floor() as i64)
         };
-        let mut cells: Vec<_> = positions.iter().map(cell_of).collect();
-        cells.sort_unstable_by(order::<S>);
-        cells.dedup_by(|a, b| order::<S>(a, b).is_eq());
-        cells
+        let cells = sorted::<S>(positions.iter().map(cell_of).collect());
+        OccupiedCells(cells.iter().flat_map(|cell| (0..S::DIMENSIONS).map(|axis| cell[axis])).collect())
     }
+}
+
+/// Cells in which there are particles: their numbers along each axis, cell by cell.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct OccupiedCells(Vec<i64>);
+
+impl OccupiedCells {
+    /// Adds those of other particles.
+    pub fn join(&mut self, others: Self) {
+        self.0.extend(others.0);
+    }
+
+    /// The cells by [`order`], each once.
+    fn sorted<S: Space>(&self) -> Vec<Index<S>> {
+        let cells = self.0.chunks_exact(S::DIMENSIONS);
+        sorted::<S>(cells.map(|cell| S::axes(|axis| cell[axis])).collect())
+    }
+}
+
+fn sorted<S: Space>(mut cells: Vec<Index<S>>) -> Vec<Index<S>> {
+    cells.sort_unstable_by(order::<S>);
+    cells.dedup_by(|a, b| order::<S>(a, b).is_eq());
+    cells
 }
 
 /// Distance \[m\] from `x` to the nearest box of `extent`; zero inside, infinite without boxes.
@@ -275,13 +299,13 @@ mod tests {
     fn a_solid_block_becomes_one_box_and_two_blocks_two() {
         let mut tracker = ExtentTracker::new(&domain([false; 2]), 0.1);
         let mut positions = block(Vector::new(0.2, 0.3), 10, 8, 0.05);
-        tracker.update(&positions, 0.01);
+        tracker.update(&tracker.occupied(&positions), 0.01);
         assert_eq!(tracker.extent().boxes.len(), 1);
         let (lower, upper) = corners::<Plane>(tracker.extent()).next().unwrap();
         assert!((lower - Vector::new(0.19, 0.29)).norm() < 1e-12);
         assert!((upper - Vector::new(0.71, 0.71)).norm() < 1e-12);
         positions.extend(block(Vector::new(1.5, 0.0), 2, 20, 0.05));
-        tracker.update(&positions, 0.01);
+        tracker.update(&tracker.occupied(&positions), 0.01);
         assert_eq!(tracker.extent().version, 2);
         let inside = positions.iter().all(|x| gap(&domain([false; 2]), tracker.extent(), x) == 0.0);
         assert!(inside);
@@ -297,7 +321,7 @@ mod tests {
         for periodic in [[false, false], [true, false]] {
             let domain = domain(periodic);
             let mut tracker = ExtentTracker::new(&domain, 0.1);
-            tracker.update(&block(Vector::new(0.0, 0.4), 2, 2, 0.05), 0.0);
+            tracker.update(&tracker.occupied(&block(Vector::new(0.0, 0.4), 2, 2, 0.05)), 0.0);
             let mut map = ReachMap::new(&domain, 0.07);
             map.update(tracker.extent(), 0.25);
             let mut found = 0;
@@ -317,12 +341,12 @@ mod tests {
         let domain = domain([false; 2]);
         let mut tracker = ExtentTracker::new(&domain, 0.1);
         let mut positions = block(Vector::new(0.5, 0.5), 4, 4, 0.05);
-        tracker.update(&positions, 0.0);
+        tracker.update(&tracker.occupied(&positions), 0.0);
         let known = tracker.extent().clone();
         assert_eq!(tracker.shortfall(&known, &positions, 0.1, 0.12), Ok(()));
         assert!(tracker.shortfall(&known, &positions, 0.13, 0.12).is_err());
         positions.push(Vector::new(0.75, 0.55));
-        tracker.update(&positions, 0.0);
+        tracker.update(&tracker.occupied(&positions), 0.0);
         let missing = tracker.shortfall(&known, &positions, 0.1, 0.12).unwrap_err();
         assert!((missing - 0.03).abs() < 1e-12, "{missing}");
     }

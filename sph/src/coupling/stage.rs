@@ -73,7 +73,7 @@ impl std::fmt::Display for StepStage {
 }
 
 /// A half-step with its times.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StageTime {
     /// Which half-step.
     pub at: StepStage,

@@ -1,10 +1,13 @@
 //! States of one side's interface particles in the vectors of the space.
 
+use serde::{Deserialize, Serialize};
+
 use crate::coupling::exchange::StateColumns;
 use crate::space::{Plane, Space};
 
 /// States of the particles of one side that may lie within support of the other, ids ascending.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "", deserialize = ""))]
 pub struct InterfaceStates<S: Space = Plane> {
     /// Identity among the owner's particles, strictly ascending.
     pub id: Vec<u32>,
@@ -38,6 +41,25 @@ impl<S: Space> InterfaceStates<S> {
     /// Volume of particle `i` \[m³\], in the plane per depth.
     pub fn volume(&self, i: usize) -> f64 {
         self.mass[i] / self.density[i]
+    }
+
+    /// The particles of `parts`, each ids ascending, ids ascending; and of each its part and its index there.
+    pub fn joined(parts: &[Self]) -> (Self, Vec<(usize, usize)>) {
+        let indices = |(part, states): (usize, &Self)| (0..states.len()).map(move |i| (part, i));
+        let mut origins: Vec<_> = parts.iter().enumerate().flat_map(indices).collect();
+        origins.sort_by_key(|(part, i)| parts[*part].id[*i]);
+        let each = || origins.iter().map(|(part, i)| (&parts[*part], *i));
+        let states = Self {
+            id: each().map(|(states, i)| states.id[i]).collect(),
+            group: each().map(|(states, i)| states.group[i]).collect(),
+            mass: each().map(|(states, i)| states.mass[i]).collect(),
+            position: each().map(|(states, i)| states.position[i]).collect(),
+            velocity: each().map(|(states, i)| states.velocity[i]).collect(),
+            density: each().map(|(states, i)| states.density[i]).collect(),
+            pressure: each().map(|(states, i)| states.pressure[i]).collect(),
+            stress: each().filter_map(|(states, i)| states.stress.get(i).copied()).collect(),
+        };
+        (states, origins)
     }
 
     /// Removes all particles, keeping the allocations.

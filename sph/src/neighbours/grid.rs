@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::cells::{Cell, Ranges, Span};
+use super::cells::{Cell, Cells, Ranges, Span};
 use super::list::NeighbourList;
 use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
@@ -11,13 +11,11 @@ use crate::tasks::{PerTask, for_each, for_each_task, per_task, reduce};
 
 /// Targets per task of a list build.
 const TASK: usize = 512;
+
 /// Sources binned into cells of an edge at least the search radius.
 #[derive(Clone, Debug)]
 pub struct CellGrid<S: Space = Plane> {
-    lower: S::Vector,
-    inverse_edge: S::Vector,
-    counts: S::Of<usize>,
-    periodic: S::Of<bool>,
+    shape: Cells<S>,
     starts: Vec<u32>,
     entries: Vec<u32>,
     /// Cell of each source.
@@ -26,15 +24,7 @@ pub struct CellGrid<S: Space = Plane> {
 
 impl<S: Space> Default for CellGrid<S> {
     fn default() -> Self {
-        Self {
-            lower: S::Vector::zeros(),
-            inverse_edge: S::Vector::zeros(),
-            counts: S::splat(0),
-            periodic: S::splat(false),
-            starts: Vec::new(),
-            entries: Vec::new(),
-            cells: Vec::new(),
-        }
+        Self { shape: Cells::default(), starts: Vec::new(), entries: Vec::new(), cells: Vec::new() }
     }
 }
 
@@ -50,37 +40,33 @@ impl<S: Space> CellGrid<S> {
 
     /// Bins `sources` again as [`CellGrid::new`] does, in the same memory.
     pub fn renew(&mut self, domain: &Domain<S>, sources: &[S::Vector], radius: f64) {
-        let (mut lower, mut upper) = bounds::<S>(sources);
-        for axis in 0..S::DIMENSIONS {
-            if domain.periodic[axis] {
-                (lower[axis], upper[axis]) = (domain.lower[axis], domain.upper[axis]);
-            }
-        }
-        // One stray particle must not cost memory: cells grow until they are not many more than the sources.
-        let limit = 4 * sources.len() + 64;
-        let mut edge = radius;
-        let mut counts = cell_counts::<S>(&(upper - lower), edge);
-        while number_of_cells::<S>(counts) > limit {
-            edge *= 2.0;
-            counts = cell_counts::<S>(&(upper - lower), edge);
-        }
-        for axis in 0..S::DIMENSIONS {
-            let size = upper[axis] - lower[axis];
-            self.inverse_edge[axis] =
-                if domain.periodic[axis] { counts[axis] as f64 / size } else { 1.0 / edge };
-        }
-        (self.lower, self.counts, self.periodic) = (lower, counts, domain.periodic);
+        self.renew_in(Cells::new(domain, bounds::<S>(sources), sources.len(), radius), domain, sources);
+    }
+
+    /// Bins `sources` again, into the cells of `shape`.
+    pub fn renew_in(&mut self, shape: Cells<S>, domain: &Domain<S>, sources: &[S::Vector]) {
+        self.shape = shape;
         self.bin(domain, sources);
+    }
+
+    /// The cells.
+    pub fn shape(&self) -> &Cells<S> {
+        &self.shape
+    }
+
+    /// Cell of each source.
+    pub fn cells(&self) -> &[u32] {
+        &self.cells
     }
 
     /// Counting sort by cell; within a cell sources keep their order.
     fn bin(&mut self, domain: &Domain<S>, sources: &[S::Vector]) {
         let mut cells = std::mem::take(&mut self.cells);
         cells.resize(sources.len(), 0);
-        for_each(&mut cells[..], TASK, |k, cell| *cell = self.cell_index(domain, &sources[k]));
+        for_each(&mut cells[..], TASK, |k, cell| *cell = self.shape.index(domain, &sources[k]));
         self.cells = cells;
         self.starts.clear();
-        self.starts.resize(number_of_cells::<S>(self.counts) + 1, 0);
+        self.starts.resize(self.shape.number() + 1, 0);
         for cell in &self.cells {
             self.starts[*cell as usize + 1] += 1;
         }
@@ -106,17 +92,17 @@ impl<S: Space> CellGrid<S> {
 
     /// Lower corner of the first cell \[m\].
     pub fn lower(&self) -> S::Vector {
-        self.lower
+        self.shape.lower
     }
 
     /// Edge of the cells along `axis` \[m\]; the last one may be up to twice as long.
     pub fn edge(&self, axis: usize) -> f64 {
-        1.0 / self.inverse_edge[axis]
+        1.0 / self.shape.inverse_edge[axis]
     }
 
     /// Number of cells along each axis; cell k is in row k / columns.
     pub fn counts(&self) -> S::Of<usize> {
-        self.counts
+        self.shape.counts
     }
 
     /// Range of [`CellGrid::order`] that holds the sources in cell `k`.
@@ -135,7 +121,7 @@ impl<S: Space> CellGrid<S> {
     pub fn cell(&self, x: &S::Vector) -> Cell<S> {
         // Saturating conversions: a target may lie far outside the sources. They round toward zero.
         Cell(S::axes(|axis| {
-            let position = (x[axis] - self.lower[axis]) * self.inverse_edge[axis];
+            let position = (x[axis] - self.shape.lower[axis]) * self.shape.inverse_edge[axis];
             let toward_zero = position as i32;
             if f64::from(toward_zero) > position { toward_zero.saturating_sub(1) } else { toward_zero }
         }))
@@ -162,7 +148,7 @@ impl<S: Space> CellGrid<S> {
 
     /// First cell of each row of cells that can hold neighbours of a particle in `cell`.
     fn rows(&self, cell: Cell<S>) -> impl Iterator<Item = usize> {
-        let (spans, counts) = (S::axes(|axis| self.span(cell, axis)), self.counts);
+        let (spans, counts) = (S::axes(|axis| self.span(cell, axis)), self.shape.counts);
         let rows = (1..S::DIMENSIONS).map(|axis| spans[axis].length).product();
         (0..rows).map(move |mut rest| {
             let (mut row, mut stride) = (0, counts[0]);
@@ -254,9 +240,9 @@ impl<S: Space> CellGrid<S> {
 
     /// Cells along `axis` that can hold neighbours of a particle in `cell`.
     fn span(&self, cell: Cell<S>, axis: usize) -> Span {
-        let (count, cell) = (self.counts[axis], cell.0[axis]);
+        let (count, cell) = (self.shape.counts[axis], cell.0[axis]);
         let inside = |k: i32| usize::try_from(k).unwrap_or(0).min(count - 1);
-        if self.periodic[axis] {
+        if self.shape.periodic[axis] {
             if count <= 3 {
                 return Span { first: 0, length: count, count };
             }
@@ -270,37 +256,16 @@ impl<S: Space> CellGrid<S> {
         let (low, high) = (inside(low), inside(high));
         Span { first: low, length: high + 1 - low, count }
     }
-
-    fn cell_index(&self, domain: &Domain<S>, x: &S::Vector) -> u32 {
-        let x = domain.wrapped(x);
-        let index = (0..S::DIMENSIONS).rev().fold(0, |index, axis| {
-            let position = (x[axis] - self.lower[axis]) * self.inverse_edge[axis];
-            index * self.counts[axis] + (position.max(0.0) as usize).min(self.counts[axis] - 1)
-        });
-        index as u32
-    }
 }
 
-fn bounds<S: Space>(positions: &[S::Vector]) -> (S::Vector, S::Vector) {
-    if positions.is_empty() {
-        return (S::Vector::zeros(), S::Vector::zeros());
-    }
-    let none = || (S::Vector::repeat(f64::INFINITY), S::Vector::repeat(f64::NEG_INFINITY));
+/// Lowest and highest coordinate of `positions` \[m\] along each axis; infinite, and the lowest above the highest, without any.
+pub fn bounds<S: Space>(positions: &[S::Vector]) -> [S::Vector; 2] {
+    let none = || [S::Vector::repeat(f64::INFINITY), S::Vector::repeat(f64::NEG_INFINITY)];
     let of_task = |items: Range<usize>| {
-        positions[items].iter().fold(none(), |(lower, upper), x| (lower.inf(x), upper.sup(x)))
+        positions[items].iter().fold(none(), |[lower, upper], x| [lower.inf(x), upper.sup(x)])
     };
-    let of_both = |a: Option<(S::Vector, S::Vector)>, b| {
-        a.zip(b).map(|((lower, upper), (x, y)): (_, (S::Vector, S::Vector))| (lower.inf(&x), upper.sup(&y)))
+    let of_both = |a: Option<[S::Vector; 2]>, b: Option<[S::Vector; 2]>| {
+        a.zip(b).map(|([lower, upper], [x, y])| [lower.inf(&x), upper.sup(&y)])
     };
     reduce(positions.len(), 2048, &|items| Some(of_task(items)), of_both).unwrap_or_else(none)
-}
-
-/// Cells of edge at least `edge` over `size`; at least one along each axis.
-fn cell_counts<S: Space>(size: &S::Vector, edge: f64) -> S::Of<usize> {
-    // Float-to-integer conversion saturates; the caller bounds the product.
-    S::axes(|axis| ((size[axis] / edge).floor() as usize).max(1))
-}
-
-fn number_of_cells<S: Space>(counts: S::Of<usize>) -> usize {
-    (0..S::DIMENSIONS).fold(1, |number, axis| number.saturating_mul(counts[axis]))
 }

@@ -9,8 +9,8 @@ use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
 use crate::tasks::largest;
 
-pub use cells::{Cell, Ranges};
-pub use grid::CellGrid;
+pub use cells::{Cell, Cells, Ranges};
+pub use grid::{CellGrid, bounds};
 pub use list::NeighbourList;
 
 /// Largest distance \[m\] between corresponding positions, as many as both have; infinite if any is not finite.

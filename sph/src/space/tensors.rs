@@ -79,7 +79,7 @@ pub trait SpaceVector: Linear + Components + Index<usize, Output = f64> + IndexM
 
 /// A tensor.
 pub trait SpaceTensor<V>:
-    Linear + Mul<V, Output = V> + Mul<Output = Self> + Index<(usize, usize), Output = f64>
+    Linear + Components + Mul<V, Output = V> + Mul<Output = Self> + Index<(usize, usize), Output = f64>
 {
     /// The zero tensor.
     fn zeros() -> Self;

@@ -15,6 +15,9 @@ struct Arguments {
     /// Steps of each case.
     #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..))]
     steps: u64,
+    /// Parts of the fluid, each with its own particles: their number changes no bit.
+    #[arg(long, default_value_t = 1)]
+    parts: usize,
     #[command(flatten)]
     cases: ChosenCases,
 }
@@ -22,14 +25,14 @@ struct Arguments {
 fn main() -> ExitCode {
     terminal::program::run(|| {
         let arguments = Arguments::parse();
-        arguments.cases.for_each(|path| print_digests(path, arguments.steps))
+        arguments.cases.for_each(|path| print_digests(path, arguments.steps, arguments.parts))
     })
 }
 
 /// Prints the lines of one case.
-fn print_digests(path: &Path, steps: u64) -> Result<(), String> {
+fn print_digests(path: &Path, steps: u64, parts: usize) -> Result<(), String> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    for side in &first_steps(path, steps)? {
+    for side in &first_steps(path, steps, parts)? {
         terminal::say(format_args!(
             "{name:<34} {:<5} {:>6} {:<12.6e} {}",
             side.role.to_string(),

@@ -28,7 +28,7 @@ fn main() -> ExitCode {
 fn print_residuals(path: &Path, steps: u64) -> Result<(), String> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let mut open = Vec::new();
-    for side in &first_steps(path, steps)? {
+    for side in &first_steps(path, steps, 1)? {
         let share = side.energy.residual_share();
         let text = share.map_or("none".into(), |share| format!("{share:.1e}"));
         terminal::say(format_args!("{name:<34} {:<5} {:>6} {text}", side.role.to_string(), side.step));

@@ -12,8 +12,8 @@ use tests::doubles::{Double, Wrong, serve};
 const AT: StepStage = StepStage { step: 4, stage: Stage::Corrector };
 
 /// Examines a server of `factory`; answers exit code and table.
-fn examine(factory: impl SolverFactory + Copy, further: &[&str]) -> (Option<i32>, String) {
-    let (server, fresh) = (serve(factory), serve(factory));
+fn examine(factory: impl SolverFactory + Clone, further: &[&str]) -> (Option<i32>, String) {
+    let (server, fresh) = (serve(factory.clone()), serve(factory));
     let (address, fresh) = (server.address.to_string(), fresh.address.to_string());
     let mut arguments = vec!["conform", &address, "--fresh", &fresh];
     arguments.extend(further);
@@ -32,7 +32,7 @@ fn the_servers_of_this_workspace_conform() {
     for (kind, dimensions) in [("states", "2"), ("loads", "2"), ("states", "3"), ("loads", "3")] {
         let options = ["--kind", kind, "--dimensions", dimensions];
         conforms(kind, examine(solid_server::SolidFactory, &options));
-        conforms(kind, examine(fluid_server::FluidFactory, &options));
+        conforms(kind, examine(fluid_server::FluidFactory::default(), &options));
     }
 }
 

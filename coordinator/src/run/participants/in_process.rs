@@ -57,7 +57,7 @@ pub fn start(
     for setup in setups {
         let (role, run) = (setup.role(), setup.plan());
         let opened = match role {
-            Role::Fluid => fluid_server::FluidFactory.open(setup),
+            Role::Fluid => fluid_server::FluidFactory::in_threads(threads.fluid_parts()).open(setup),
             Role::Solid => solid_server::SolidFactory.open(setup),
         };
         let opened = opened.map_err(|SetupProblems(problems)| refused(role, &problems))?;
@@ -137,7 +137,7 @@ fn spawn(
 /// Description of the solver of `role` in this program.
 pub fn description(role: Role) -> Description {
     match role {
-        Role::Fluid => fluid_server::FluidFactory.describe(),
+        Role::Fluid => fluid_server::FluidFactory::default().describe(),
         Role::Solid => solid_server::SolidFactory.describe(),
     }
 }

@@ -9,6 +9,7 @@ use crate::case::Case;
 pub struct Threads {
     fluid: usize,
     solid: usize,
+    fluid_parts: usize,
 }
 
 impl Threads {
@@ -24,14 +25,24 @@ impl Threads {
 
     /// `threads` for each solver.
     pub fn each(threads: usize) -> Self {
-        Self { fluid: threads, solid: threads }
+        Self { fluid: threads, solid: threads, fluid_parts: 1 }
     }
 
     /// Shares of `cores` by numbers of particles, rounded up: threads of a small solver would spin on cores that the
     /// large one needs, and one that waits leaves its core to the other.
     fn shared(cores: usize, fluid: usize, solid: usize) -> Self {
         let share = |particles: usize| (cores * particles).div_ceil((fluid + solid).max(1)).max(1);
-        Self { fluid: share(fluid), solid: share(solid) }
+        Self { fluid: share(fluid), solid: share(solid), fluid_parts: 1 }
+    }
+
+    /// The same with a fluid in `parts`, see [`fluid_server::FluidFactory::in_threads`].
+    pub fn with_fluid_parts(self, parts: usize) -> Self {
+        Self { fluid_parts: parts, ..self }
+    }
+
+    /// Parts of the fluid.
+    pub fn fluid_parts(self) -> usize {
+        self.fluid_parts
     }
 
     /// Threads of the solver of `role`.

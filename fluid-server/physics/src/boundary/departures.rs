@@ -1,18 +1,23 @@
 //! Particles that leave: over an open rim or outflow side, or through a wall.
 
+use serde::{Deserialize, Serialize};
+use sph::coupling::ledger::Energies;
 use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StageTime;
 use sph::prescribed::motion::MotionState;
+use sph::space::Space;
 use sph::space::components::Components;
 use sph::space::tensors::SpaceVector;
 use sph::tasks::any;
 
 use crate::neighbours::lists::Lists;
+use crate::parts::partition::{Partition, occupancy};
+use crate::parts::redistribution::redistribute;
 use crate::report::probes::energies_of;
 use crate::system::list_limits::PLANE_HALF_WIDTH;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::FluidSpace;
-use crate::system::state::FluidState;
+use crate::system::state::{FluidState, StepStart};
 use crate::time::energy_budget;
 
 /// Particles per task.
@@ -25,10 +30,21 @@ sph::constants! {
 }
 
 /// Why a particle is removed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Departure {
     Outflow,
     Escaped,
+}
+
+/// A particle that is removed.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(bound(serialize = "", deserialize = ""))]
+struct Departed<S: Space> {
+    departure: Departure,
+    id: u32,
+    position: S::Vector,
+    momentum: S::Vector,
+    energies: Energies,
 }
 
 /// A step at its end.
@@ -79,28 +95,34 @@ pub fn remove_departed<S: FluidSpace, F: Fn(&FluidState<S>, usize) -> S::Vector 
         }
         None => any(state.len(), TASK, leaves),
     };
-    if !some {
+    if !model.team.any(some) {
         return Ok(false);
     }
     let departed: Vec<Option<Departure>> = (0..state.len()).map(|i| watch.departure(i)).collect();
+    let of_particle = |(i, departure): (usize, &Option<Departure>)| {
+        departure.map(|departure| Departed {
+            departure,
+            id: state.id[i],
+            position: state.position[i],
+            momentum: state.velocity[i] * state.mass[i],
+            energies: energies_of(model, state, &model.falling, i),
+        })
+    };
+    let own: Vec<Departed<S>> = departed.iter().enumerate().filter_map(of_particle).collect();
     let mut offending = None;
-    for (i, departure) in departed.iter().enumerate() {
+    for Departed { departure, id, position, momentum, energies } in model.team.join(own, Vec::extend) {
         match departure {
-            None => continue,
-            Some(Departure::Outflow) => state.outflow += 1,
-            Some(Departure::Escaped) => {
+            Departure::Outflow => state.outflow += 1,
+            Departure::Escaped => {
                 state.escaped += 1;
                 if state.escaped > model.escaped_particle_limit && offending.is_none() {
-                    offending = Some((state.id[i], state.position[i]));
+                    offending = Some((id, position));
                 }
             }
         }
-        let momentum = state.velocity[i] * state.mass[i];
         state.removed_momentum += momentum;
-        let energies = energies_of(model, state, &model.falling, i);
         energy_budget::enter_removed(&mut state.energy.flows, &energies);
-        state.removed_angular_momentum +=
-            S::cross(&(state.position[i] - model.domain.torque_origin()), &momentum);
+        state.removed_angular_momentum += S::cross(&(position - model.domain.torque_origin()), &momentum);
     }
     if let Some((id, x)) = offending {
         return Err(Box::new(Divergence {
@@ -116,6 +138,13 @@ pub fn remove_departed<S: FluidSpace, F: Fn(&FluidState<S>, usize) -> S::Vector 
         }));
     }
     state.retain(|i| departed[i].is_none());
+    if !model.team.is_alone() {
+        // Parts own whole tasks of the particles that are left.
+        let order: Vec<u32> = (0u32..).take(state.len()).collect();
+        let partition = Partition::of(&model.team, occupancy(order.iter().map(|_| 0)));
+        redistribute(&model.team, &partition, state, &mut StepStart::default(), &order);
+        state.list_origin = None;
+    }
     Ok(true)
 }
 

@@ -7,7 +7,7 @@ use crate::neighbours::scene::Scene;
 use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::walls::WallField;
 
-/// Repulsion \[m/s²\] of particle `i` by the faces of `wall`, or of all walls.
+/// Repulsion \[m/s²\] of the particle at place `i` by the faces of `wall`, or of all walls.
 ///
 /// ```text
 /// a = Σ_w (1 − |t_w|/Δx)₊ · a(z_w, v_n) · n_w
@@ -23,14 +23,14 @@ pub fn wall_repulsion<S: FluidSpace, G: Geometry<S>>(
     i: usize,
     wall: Option<u32>,
 ) -> S::Vector {
-    let Scene { geometry, model, lists, fluid, walls } = *scene;
+    let Scene { geometry, model, fluid, walls, .. } = *scene;
     if !model.wall_repulsion.acts() {
         return S::Vector::zeros();
     }
     let spacing = model.constants.particle_spacing;
     let velocity = fluid[i].velocity();
     let mut acceleration = S::Vector::zeros();
-    for w in lists.walls.neighbours(i) {
+    for w in scene.wall_neighbours(i) {
         let included = wall.is_none_or(|wall| model.walls.wall[w] == wall);
         // A wall particle without volume does not act.
         if !model.walls.first_layer[w] || walls[w].volume() == 0.0 || !included {

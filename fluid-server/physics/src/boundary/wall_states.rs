@@ -5,6 +5,7 @@ use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
 use sph::tasks::for_each;
 
+use crate::neighbours::lists::Lists;
 use crate::neighbours::rows::Rows;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::{FluidSpace, Packed};
@@ -26,6 +27,25 @@ impl<S: FluidSpace> WallStates<S> {
     /// Bytes in use.
     pub fn bytes(&self) -> usize {
         self.field.bytes() + size_of::<S::Particle>() * self.particles.capacity()
+    }
+
+    /// The state of each wall particle, in parts from the one that has all fluid around it; the first part gets them.
+    pub fn of_all_parts(&self, model: &FluidModel<S>, lists: &Lists<S>) -> Vec<S::Particle> {
+        let mut particles = self.particles.clone();
+        if model.team.is_alone() {
+            return particles;
+        }
+        let answered = (0..particles.len().min(self.field.position.len()))
+            .filter(|w| lists.answers_for(model, &self.field.position[*w]));
+        let state = |w: usize| {
+            let p = &particles[w];
+            (w, (p.position(), p.velocity(), [p.density(), p.pressure(), p.volume()]))
+        };
+        let all = model.team.join_at_first(answered.map(state).collect::<Vec<_>>(), Vec::extend);
+        for (w, (x, v, [density, pressure, volume])) in all {
+            particles[w] = S::Particle::new(&x, &v, density, pressure, volume);
+        }
+        particles
     }
 
     /// Fills the state of each wall particle from the fluid around it at `time` \[s\].

@@ -31,7 +31,7 @@ pub fn volume_rate<S: FluidSpace>(model: &FluidModel<S>, speed: f64, eigenvalue:
     speed / c.smoothing_length() * ((eigenvalue - least) / (full - least)).clamp(0.0, 1.0)
 }
 
-/// Density rate by which a particle `i` without fluid around it relaxes \[kg/(m³ s)\].
+/// Density rate by which a particle at place `i` without fluid around it relaxes \[kg/(m³ s)\].
 ///
 /// ```text
 /// −(c₀/h) (ρ_i − ρ_b) clamp((0.1 − Σ_j V_j W_ij)/0.08, 0, 1) over the fluid,   ρ_b = clamp(ρ_i, 0.99 ρ₀, 1.01 ρ₀)
@@ -39,7 +39,7 @@ pub fn volume_rate<S: FluidSpace>(model: &FluidModel<S>, speed: f64, eigenvalue:
 /// Pressure from walls and solids then stays of the order ρ₀ c₀ v at a speed of approach v, whatever the way.
 #[inline(always)]
 pub fn lone_relaxation<S: FluidSpace, G: Geometry<S>>(scene: &Scene<G, S>, i: usize) -> f64 {
-    let Scene { geometry, model, lists, fluid, .. } = scene;
+    let Scene { geometry, model, fluid, .. } = scene;
     let (c, density) = (&model.constants, fluid[i].density());
     let (lower, upper) = (1.0 - S::LONE_COMPRESSION, 1.0 + S::LONE_COMPRESSION);
     let excess = density - density.clamp(lower * c.rest_density, upper * c.rest_density);
@@ -48,7 +48,7 @@ pub fn lone_relaxation<S: FluidSpace, G: Geometry<S>>(scene: &Scene<G, S>, i: us
         return 0.0;
     }
     let mut around = 0.0;
-    for j in lists.fluid.neighbours(i).filter(|j| *j != i) {
+    for j in scene.fluid_neighbours(i).filter(|j| *j != i) {
         let distance = geometry.separation(&fluid[i].position(), &fluid[j].position()).norm();
         around += fluid[j].volume() * model.kernel.value(distance);
         if around >= S::ACCOMPANIED_SHARE {

@@ -9,7 +9,6 @@ use sph::tasks::for_each_task;
 
 use crate::equations::neighbour_sums::NeighbourSums;
 use crate::neighbours::batch::NeighbourBatch;
-use crate::neighbours::rows::Rows;
 use crate::neighbours::scene::Scene;
 use crate::system::packed_particle::{FluidSpace, NeighbourFields, Packed};
 
@@ -29,7 +28,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Of particle `i`.
+    /// Of the particle at place `i`.
     #[inline(always)]
     pub fn of<S: FluidSpace, G: Geometry<S>>(scene: &Scene<G, S>, i: usize, sums: &NeighbourSums<S>) -> Self {
         let [_, eigenvalue] = S::symmetric_tensor(sums.moment).extremes();
@@ -45,7 +44,7 @@ fn cone_is_empty<S: FluidSpace, G: Geometry<S>>(
     i: usize,
     sums: &NeighbourSums<S>,
 ) -> bool {
-    let Scene { geometry, model, lists, fluid, walls } = *scene;
+    let Scene { geometry, model, fluid, walls, .. } = *scene;
     let Some(outward) = (-S::vector(sums.concentration)).try_normalize(NO_DIRECTION) else { return false };
     let support = model.kernel.support_radius();
     let outside = |other: &S::Particle| {
@@ -53,11 +52,11 @@ fn cone_is_empty<S: FluidSpace, G: Geometry<S>>(
         let r = d.norm();
         r >= support || d.dot(&outward) < std::f64::consts::FRAC_1_SQRT_2 * r
     };
-    let all_outside = |rows: &Rows, others: &[S::Particle]| rows.neighbours(i).all(|j| outside(&others[j]));
-    all_outside(&lists.fluid, fluid) && all_outside(&lists.walls, walls)
+    scene.fluid_neighbours(i).all(|j| outside(&fluid[j]))
+        && scene.wall_neighbours(i).all(|w| outside(&walls[w]))
 }
 
-/// Marks in `near` the particles that lie at the surface or have one of its particles within their support.
+/// Marks in `near` the own particles that lie at the surface or have one of its particles within their support, by place.
 pub fn mark_near<S: FluidSpace, G: Geometry<S>>(
     scene: &Scene<G, S>,
     at_surface: &[bool],
@@ -70,18 +69,24 @@ pub fn mark_near<S: FluidSpace, G: Geometry<S>>(
     let marks = &near[..];
     // The order of the marks does not matter.
     let mark = |i: usize| marks[i].store(true, Ordering::Relaxed);
+    let meet = |i: usize, j: usize| {
+        geometry.separation(&fluid[j].position(), &fluid[i].position()).norm_squared() < square_support
+    };
     let mark_around = |i: usize| {
         mark(i);
-        for j in lists.fluid.neighbours(i) {
-            if geometry.separation(&fluid[j].position(), &fluid[i].position()).norm_squared() < square_support
-            {
-                mark(j);
-            }
-        }
+        scene.fluid_neighbours(i).filter(|j| meet(i, *j)).for_each(mark);
     };
-    for_each_task(at_surface.len(), TASK, (), &|particles, ()| {
-        particles.filter(|i| at_surface[*i]).for_each(mark_around);
+    let own = scene.own();
+    for_each_task(own.len(), TASK, (), &|particles, ()| {
+        particles.map(|k| own.start + k).filter(|i| at_surface[*i]).for_each(mark_around);
     });
+    // There are no rows of copies.
+    let is_surface_copy = |j: &usize| at_surface[*j] && !own.contains(j);
+    for i in lists.border().iter().map(|k| own.start + *k as usize) {
+        if scene.fluid_neighbours(i).filter(is_surface_copy).any(|j| meet(i, j)) {
+            mark(i);
+        }
+    }
 }
 
 /// Unit normal out of the fluid, −∇λ: the eigenvalue falls toward the surface.
@@ -92,12 +97,12 @@ pub fn outward<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     neighbour_fields: &[S::Fields],
     eigenvalue: f64,
 ) -> S::Vector {
-    let Scene { geometry, model, lists, fluid, .. } = *scene;
+    let Scene { geometry, model, fluid, .. } = *scene;
     let motion = fluid[i].splat_motion();
     let own = L::splat(eigenvalue);
     let kernel = model.law.kernel.lanes();
     let mut sum = S::splat(L::zero());
-    for indices in lists.fluid.of(i) {
+    for indices in scene.fluid_row(i) {
         let batch = NeighbourBatch::<S, L>::gather(geometry, &motion, fluid, *indices);
         let (_, other, _) = S::Fields::lanes::<L>(indices.map(|j| &neighbour_fields[j as usize]));
         let weight = batch.volume * kernel.gradient_factor(batch.square) * (other - own);

@@ -89,7 +89,7 @@ enum Place {
     Alone,
 }
 
-/// Shift and acceleration of particle `i`; `neighbour_fields` are those of all particles, `near_surface` is whether it
+/// Shift and acceleration of the particle at place `i`; `neighbour_fields` are those of all particles, `near_surface` is whether it
 /// lies near the free surface, `excess` ε of the volume correction.
 #[inline(always)]
 pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(

@@ -9,6 +9,7 @@ use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
 use sph::space::domain::Domain;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
+use sph::sums::ordered_sum;
 use sph::tasks::for_each;
 
 use super::selection::InterfaceSelection;
@@ -23,6 +24,7 @@ use crate::rates::particle_rates::{Rates, StagePart};
 use crate::system::model::{FluidModel, Probe};
 use crate::system::packed_particle::{FluidSpace, NeighbourFields};
 use crate::system::state::FluidState;
+use crate::team::Team;
 
 /// Interface particles per task.
 const TASK: usize = 32;
@@ -77,8 +79,8 @@ impl<S: FluidSpace> FluidInterface<S> {
     }
 
     /// Describes where the fluid can be until the next list build.
-    pub fn update_extent(&mut self, state: &FluidState<S>) {
-        self.selection.update_extent(&state.position);
+    pub fn update_extent(&mut self, team: &Team, state: &FluidState<S>) {
+        self.selection.update_extent(team, &state.position);
     }
 
     /// Figures of reports that a checkpoint keeps; see [`FluidInterface::restore`].
@@ -89,9 +91,9 @@ impl<S: FluidSpace> FluidInterface<S> {
     /// Continues from a restored `state` and the `history` by [`FluidInterface::history`].
     ///
     /// The extent is that of the last list build.
-    pub fn restore(&mut self, state: &FluidState<S>, history: [u64; 2]) {
+    pub fn restore(&mut self, team: &Team, state: &FluidState<S>, history: [u64; 2]) {
         let position = state.list_origin.as_ref().map_or(&state.position, |origin| &origin.position);
-        self.selection.update_extent(position);
+        self.selection.update_extent(team, position);
         self.largest = history[0];
         self.immersed = u32::try_from(history[1]).unwrap_or(u32::MAX);
     }
@@ -146,14 +148,22 @@ impl<S: FluidSpace> FluidInterface<S> {
     ///
     /// # Errors
     /// The shortfall \[m\].
-    pub fn covered_by(&self, state: &FluidState<S>, extent: &Extent, reach: f64) -> Result<(), f64> {
+    pub fn covered_by(
+        &self,
+        team: &Team,
+        state: &FluidState<S>,
+        extent: &Extent,
+        reach: f64,
+    ) -> Result<(), f64> {
         let support = 2.0 * self.coupling.fluid.smoothing_length();
-        self.selection.covered_by(state, support, extent, reach)
+        self.selection.covered_by(team, state, support, extent, reach)
     }
 
-    /// Fills `columns` with the particles within `reach` \[m\] of `partner`, ids ascending; returns the set's version.
+    /// Fills `columns` with the particles of all parts within `reach` \[m\] of `partner`, ids ascending; returns the set's
+    /// version. `fluid` are the own particles.
     pub fn select(
         &mut self,
+        team: &Team,
         state: &FluidState<S>,
         fluid: &[S::Particle],
         partner: &Extent,
@@ -161,7 +171,7 @@ impl<S: FluidSpace> FluidInterface<S> {
         columns: &mut StateColumns,
     ) -> u64 {
         let [own, _] = &mut self.states;
-        let version = self.selection.select(state, fluid, partner, reach, own);
+        let version = self.selection.select(team, state, fluid, partner, reach, own);
         self.largest = self.largest.max(own.len() as u64);
         own.write(columns);
         version
@@ -186,13 +196,12 @@ impl<S: FluidSpace> FluidInterface<S> {
         *sums = interface.fluid_forces(fluid, solid);
     }
 
-    /// Acceleration of each fluid particle by solids in this stage \[m/s²\].
+    /// Acceleration of each own particle by solids in this stage \[m/s²\].
     pub fn accelerations(&mut self, state: &FluidState<S>) -> &[S::Vector] {
         let Self { interface, selection, accelerations, .. } = self;
         accelerations.clear();
         accelerations.resize(state.len(), S::Vector::zeros());
-        for (k, i) in selection.members.iter().enumerate() {
-            let i = *i as usize;
+        for (k, i) in selection.members() {
             accelerations[i] = interface.force(k) / state.mass[i];
         }
         accelerations
@@ -201,13 +210,28 @@ impl<S: FluidSpace> FluidInterface<S> {
     /// Power of the solids' forces on the fluid \[W/m\] at the mean velocities of a step, v + ½Δt a with v the
     /// `start_velocity` \[m/s\] and ½Δt = `half` \[s\], once `rates` are complete; and the power with which their
     /// approach compresses it.
-    pub fn powers(&self, start_velocity: &[S::Vector], half: f64, rates: &[Rates<S>]) -> [f64; 2] {
-        let members = &self.selection.members;
-        let power = sph::sums::ordered_sum::<f64, _>(members.len(), |k| {
-            let i = members[k] as usize;
+    pub fn powers(
+        &self,
+        team: &Team,
+        start_velocity: &[S::Vector],
+        half: f64,
+        rates: &[Rates<S>],
+    ) -> [f64; 2] {
+        let power = self.sum_over_states(team, |k, i| {
             self.interface.force(k).dot(&(start_velocity[i] + rates[i].acceleration * half))
         });
         [power, self.compression_power]
+    }
+
+    /// Sum of a `term` of each interface state and the particle behind it.
+    fn sum_over_states(&self, team: &Team, term: impl Fn(usize, usize) -> f64 + Sync) -> f64 {
+        let [states, _] = &self.states;
+        let own = |k: usize| self.selection.member(k).map(|i| term(k, i));
+        if team.is_alone() {
+            return ordered_sum(states.len(), |k| own(k).unwrap_or_default());
+        }
+        let all = team.complete((0..states.len()).map(own).collect());
+        ordered_sum(all.len(), |k| all[k])
     }
 
     /// Meaning of the solid's density in the fluid's density gradient and diffusion.
@@ -238,9 +262,12 @@ impl<S: FluidSpace> FluidInterface<S> {
         let Self { interface, domain, states: [own, partner], neighbour_sums, selection, .. } = self;
         let (states, particles) = (&mut self.states_in_contact, &mut self.particles_in_contact);
         states.clear();
-        states.extend((0u32..).take(own.len()).filter(|k| interface.meets(*k as usize)));
         particles.clear();
-        particles.extend(states.iter().map(|k| selection.members[*k as usize]));
+        for (k, i) in selection.members().filter(|(k, _)| interface.meets(*k)) {
+            // Indices of particles are of 32 bits.
+            states.push(k as u32);
+            particles.push(i as u32);
+        }
         neighbour_sums.resize(states.len(), NeighbourSums::default());
         for_each(&mut neighbour_sums[..], TASK, |k, sums| {
             let k = states[k] as usize;
@@ -273,14 +300,15 @@ impl<S: FluidSpace> FluidInterface<S> {
     /// ρ_f Σ V_s v_fs·∇W  +  δ h c₀ Σ V_s [2 (ρ_f − ρ_s) x²/(x² + λh²) − 2 ∇ρ_f·x_fs] (dW/dr)/r
     /// ```
     /// The second sum is left out in the plain sum, where ρ_s is that of another material.
-    pub fn add_rates(
+    pub fn add_rates<G: Geometry<S>>(
         &mut self,
-        model: &FluidModel<S>,
+        scene: &Scene<G, S>,
         state: &FluidState<S>,
         part: StagePart,
         gradients: &Gradients<S>,
         (rates, by_continuity): (&mut [Rates<S>], &mut [f64]),
     ) {
+        let model = scene.model;
         self.count_immersed(model);
         let diffusion =
             if self.partner_density() == PartnerDensity::FluidEquivalent && part != StagePart::Density {
@@ -292,9 +320,10 @@ impl<S: FluidSpace> FluidInterface<S> {
         let Self { interface, domain, states: [own, partner], selection, density_rates, .. } = self;
         density_rates.resize(own.len(), [0.0; 2]);
         for_each(&mut density_rates[..], TASK, |k, rate| {
+            let Some(i) = selection.member(k) else { return };
             let rho = own.density[k];
             let gradient = if model.needs_density_gradient() {
-                gradients.neighbour_fields[selection.members[k] as usize].density_gradient()
+                gradients.neighbour_fields[scene.first() + i].density_gradient()
             } else {
                 S::splat(0.0)
             };
@@ -316,13 +345,12 @@ impl<S: FluidSpace> FluidInterface<S> {
         if part != StagePart::Momentum {
             let [own, _] = &self.states;
             // V p/ρ dρ/dt
-            self.compression_power = sph::sums::ordered_sum::<f64, _>(own.len(), |k| {
+            self.compression_power = self.sum_over_states(&model.team, |k, _| {
                 let rho = own.density[k];
                 own.mass[k] * own.pressure[k] * self.density_rates[k][1] / (rho * rho)
             });
         }
-        for (k, i) in self.selection.members.iter().enumerate() {
-            let i = *i as usize;
+        for (k, i) in self.selection.members() {
             let [density, continuity] = self.density_rates[k];
             rates[i].density += density;
             if let Some(own) = by_continuity.get_mut(i) {

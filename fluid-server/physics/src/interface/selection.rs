@@ -1,7 +1,7 @@
 //! Selection of the fluid particles that are sent to the partner.
 
 use sph::coupling::exchange::Extent;
-use sph::coupling::extent::{ExtentTracker, ReachMap};
+use sph::coupling::extent::{ExtentTracker, OccupiedCells, ReachMap};
 use sph::interface::states::InterfaceStates;
 use sph::space::domain::Domain;
 use sph::tasks::for_each;
@@ -9,9 +9,13 @@ use sph::tasks::for_each;
 use crate::system::list_limits::farthest;
 use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::state::FluidState;
+use crate::team::Team;
 
 /// Edge of the boxes that describe the fluid's extent, in support radii.
 const EXTENT_CELL: f64 = 4.0;
+
+/// In place of the index of a particle that another part owns.
+const OF_OTHERS: u32 = u32::MAX;
 
 /// Particles per task.
 const TASK: usize = 1024;
@@ -29,8 +33,8 @@ pub struct InterfaceSelection<S: FluidSpace> {
     candidates: Candidates,
     /// Whether each fluid particle is there.
     inside: Vec<bool>,
-    /// Index of the fluid particle behind each interface state.
-    pub members: Vec<u32>,
+    /// Index of the own particle behind each interface state, [`OF_OTHERS`] where it is another part's.
+    members: Vec<u32>,
     known_ids: Vec<u32>,
     set_version: u64,
 }
@@ -60,10 +64,11 @@ impl<S: FluidSpace> InterfaceSelection<S> {
         }
     }
 
-    /// Describes where the particles at `position` \[m\] can be until the next list build.
-    pub fn update_extent(&mut self, position: &[S::Vector]) {
+    /// Describes where the particles of all parts, own ones at `position` \[m\], can be until the next list build.
+    pub fn update_extent(&mut self, team: &Team, position: &[S::Vector]) {
         // Lists are built before a particle has moved farther.
-        self.tracker.update(position, self.farthest);
+        let occupied = team.join(self.tracker.occupied(position), OccupiedCells::join);
+        self.tracker.update(&occupied, self.farthest);
         self.candidates.current = false;
     }
 
@@ -78,17 +83,32 @@ impl<S: FluidSpace> InterfaceSelection<S> {
     /// The shortfall \[m\].
     pub fn covered_by(
         &self,
+        team: &Team,
         state: &FluidState<S>,
         support: f64,
         extent: &Extent,
         reach: f64,
     ) -> Result<(), f64> {
-        self.tracker.shortfall(extent, &state.position, support, reach)
+        let own = self.tracker.shortfall(extent, &state.position, support, reach);
+        let largest = team.largest(own.err().unwrap_or_default());
+        if largest > 0.0 { Err(largest) } else { Ok(()) }
     }
 
-    /// Fills `states` with the particles within `reach` \[m\] of `partner`, ids ascending; returns the set's version.
+    /// The own particles behind interface states: the index of the state, and that of the particle.
+    pub fn members(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.members.iter().enumerate().filter(|(_, i)| **i != OF_OTHERS).map(|(k, i)| (k, *i as usize))
+    }
+
+    /// The own particle behind interface state `k`, unless it is another part's.
+    pub fn member(&self, k: usize) -> Option<usize> {
+        Some(self.members[k]).filter(|i| *i != OF_OTHERS).map(|i| i as usize)
+    }
+
+    /// Fills `states` with the particles of all parts within `reach` \[m\] of `partner`, ids ascending; returns the set's
+    /// version. `fluid` are the own particles.
     pub fn select(
         &mut self,
+        team: &Team,
         state: &FluidState<S>,
         fluid: &[S::Particle],
         partner: &Extent,
@@ -115,6 +135,14 @@ impl<S: FluidSpace> InterfaceSelection<S> {
             states.velocity.push(fluid[i].velocity());
             states.density.push(state.density[i]);
             states.pressure.push(fluid[i].pressure());
+        }
+        if !team.is_alone() {
+            let (joined, origins) = InterfaceStates::joined(&team.all(std::mem::take(states)));
+            let of_others = |(part, i): (usize, usize)| {
+                if part == team.rank() { self.members[i] } else { OF_OTHERS }
+            };
+            self.members = origins.into_iter().map(of_others).collect();
+            *states = joined;
         }
         if states.id != self.known_ids {
             self.known_ids.clone_from(&states.id);

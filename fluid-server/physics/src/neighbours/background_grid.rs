@@ -166,6 +166,11 @@ impl BackgroundGrid {
         }
     }
 
+    /// Gives back the memory; placements are counted on, so that what was summed before is known to be old.
+    pub fn release(&mut self) {
+        *self = Self { placements: self.placements, ..Self::default() };
+    }
+
     /// Times that the nodes were placed: in between they keep their places.
     pub fn placements(&self) -> u64 {
         self.placements

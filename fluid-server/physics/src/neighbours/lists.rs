@@ -1,7 +1,7 @@
 //! Neighbour lists with a skin, and the cell-sorted order of the fluid.
 
 use sph::coupling::stage::StageTime;
-use sph::neighbours::largest_displacement;
+use sph::neighbours::{Cells, bounds, largest_displacement};
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::SpaceVector;
 use sph::tasks::for_each;
@@ -9,11 +9,14 @@ use sph::tasks::for_each;
 use super::background_grid::{BackgroundGrid, NodeSpacings};
 use super::drift::{Drift, Moved};
 use super::rows::{Order, Padding, Rows, Search, Sources};
+use crate::parts::halo::Halo;
+use crate::parts::partition::{Partition, occupancy};
+use crate::parts::redistribution::redistribute;
 use crate::system::list_limits::{
     LARGEST_STAGE_MOVE, PLANE_HALF_WIDTH, Skins, farthest, skin_balance, skins,
 };
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::{FluidSpace, PeriodicNodes};
+use crate::system::packed_particle::{FluidSpace, Packed, PeriodicNodes};
 use crate::system::state::{FluidState, ListOrigin, Scratch, StepStart};
 use crate::system::tasks::TASK;
 use crate::system::walls::{WallField, place};
@@ -30,6 +33,14 @@ pub struct Lists<S: FluidSpace> {
     pub walls: Rows,
     /// Fluid neighbours of each wall particle.
     pub fluid_of_walls: Rows,
+    /// Where copies of particles of other parts lie.
+    halo: Halo,
+    /// Which particles the parts own.
+    partition: Partition,
+    /// Own particles that have copies among their neighbours.
+    border: Vec<u32>,
+    /// Positions of own particles and copies when the lists were built \[m\]; empty without copies.
+    placed: Vec<S::Vector>,
     /// Fluid by cells.
     fluid_sources: Sources<S>,
     /// Walls by cells.
@@ -60,6 +71,10 @@ impl<S: FluidSpace> Default for Lists<S> {
             fluid: Rows::default(),
             walls: Rows::default(),
             fluid_of_walls: Rows::default(),
+            halo: Halo::default(),
+            partition: Partition::default(),
+            border: Vec::new(),
+            placed: Vec::new(),
             fluid_sources: Sources::new(Order::ByCell),
             wall_sources: Sources::new(Order::AsGiven),
             numbers: Vec::new(),
@@ -81,11 +96,12 @@ impl<S: FluidSpace> Lists<S> {
     ///
     /// Where particles have moved far, such as in a jet, their neighbours have moved alike: then relative displacements
     /// decide. They are evaluated only when the skin left at their last evaluation does not cover all moves since; the
-    /// result does not depend on when that is.
+    /// result does not depend on when that is. `fluid` are the particles as pair sums read them, with copies.
     pub fn outdated(
         &mut self,
         model: &FluidModel<S>,
         state: &FluidState<S>,
+        fluid: &[S::Particle],
         displacement: f64,
         moves: Moves,
         walls: &WallField<S>,
@@ -107,8 +123,16 @@ impl<S: FluidSpace> Lists<S> {
             return false;
         }
         let FluidState { position, velocity, .. } = state;
-        let moved = Moved { position, origin: &origin.position, velocity, ahead: moves.ahead };
-        let approach = self.drift.approach(self.fluid_sources.grid(), moved);
+        let (cells, ahead) = (self.fluid_sources.grid(), moves.ahead);
+        let approach = if model.team.is_alone() {
+            self.drift.approach(cells, Moved { position, origin: &origin.position, velocity, ahead })
+        } else {
+            // With copies, of which only the velocity that pair sums read is known: where moves are to come, it is their own.
+            let position: Vec<_> = fluid.iter().map(Packed::position).collect();
+            let velocity: Vec<_> = fluid.iter().map(Packed::velocity).collect();
+            let moved = Moved { position: &position, origin: &self.placed, velocity: &velocity, ahead };
+            model.team.largest(self.drift.approach(cells, moved))
+        };
         self.remaining_skin = Some(skin - approach);
         approach > skin
     }
@@ -124,9 +148,21 @@ impl<S: FluidSpace> Lists<S> {
     ) {
         state.list_skin = next_skin(model, state, time);
         state.wrap(base, &model.domain);
-        self.fluid_sources.bin(&model.domain, &state.position, radius(model, state.list_skin));
-        let (order, integers) = self.fluid_sources.order_and_spare();
-        state.reorder(base, order, Scratch { integers, numbers: &mut self.numbers });
+        let radius = radius(model, state.list_skin);
+        if model.team.is_alone() {
+            self.fluid_sources.bin(&model.domain, &state.position, radius);
+            let (order, integers) = self.fluid_sources.order_and_spare();
+            state.reorder(base, order, Scratch { integers, numbers: &mut self.numbers });
+        } else {
+            let cells = self.bin_own(model, &state.position, state.total(), radius);
+            let grid = self.fluid_sources.grid();
+            let order = grid.order();
+            let sorted = occupancy(order.iter().map(|i| grid.cells()[*i as usize]));
+            self.partition = Partition::of(&model.team, sorted);
+            redistribute(&model.team, &self.partition, state, base, order);
+            self.halo = Halo::new(&model.team, &self.partition, &cells);
+            self.place_copies(model, cells, &state.position);
+        }
         let origin = state.list_origin.get_or_insert_default();
         origin.time = time.state_time();
         origin.position.clone_from(&state.position);
@@ -138,9 +174,71 @@ impl<S: FluidSpace> Lists<S> {
     /// Builds the lists that belong to the state's origin unless they are present, as after a restore.
     pub fn restore(&mut self, model: &FluidModel<S>, state: &FluidState<S>) {
         if let (false, Some(origin)) = (self.current, &state.list_origin) {
-            self.fluid_sources.bin(&model.domain, &origin.position, radius(model, state.list_skin));
+            let radius = radius(model, state.list_skin);
+            if model.team.is_alone() {
+                self.fluid_sources.bin(&model.domain, &origin.position, radius);
+            } else {
+                let cells = self.bin_own(model, &origin.position, state.total(), radius);
+                let sorted = occupancy(self.fluid_sources.grid().cells().iter().copied());
+                self.partition = Partition::as_it_is(&model.team, sorted);
+                self.halo = Halo::new(&model.team, &self.partition, &cells);
+                self.place_copies(model, cells, &origin.position);
+            }
             self.build(model, origin, state.list_skin);
         }
+    }
+
+    /// To be called where the particles of this part are not those for which the lists were built.
+    pub fn forget_particles(&mut self) {
+        (self.halo, self.partition) = (Halo::default(), Partition::default());
+    }
+
+    /// Gives back the memory. What is known of the parts stays, since the particles keep their places.
+    pub fn release(&mut self) {
+        let (halo, partition) = (std::mem::take(&mut self.halo), std::mem::take(&mut self.partition));
+        self.background.release();
+        let background = std::mem::take(&mut self.background);
+        *self = Self { halo, partition, background, ..Self::default() };
+    }
+
+    /// Bins own particles at `position` \[m\] into the cells around the `total` particles of all parts.
+    fn bin_own(
+        &mut self,
+        model: &FluidModel<S>,
+        position: &[S::Vector],
+        total: usize,
+        radius: f64,
+    ) -> Cells<S> {
+        let bounds = model.team.join(bounds::<S>(position), |[lower, upper], [low, high]| {
+            (*lower, *upper) = (lower.inf(&low), upper.sup(&high));
+        });
+        let cells = Cells::new(&model.domain, bounds, total, radius);
+        self.fluid_sources.bin_in(cells, &model.domain, position);
+        cells
+    }
+
+    /// Places the copies beside own particles at `position` \[m\], and bins all of them.
+    fn place_copies(&mut self, model: &FluidModel<S>, cells: Cells<S>, position: &[S::Vector]) {
+        self.placed = self.halo.with_copies(&model.team, position);
+        self.fluid_sources.bin_in(cells, &model.domain, &self.placed);
+    }
+
+    /// Where copies of particles of other parts lie.
+    #[inline(always)]
+    pub fn halo(&self) -> &Halo {
+        &self.halo
+    }
+
+    /// Own particles that have copies among their neighbours, by their own indices.
+    pub fn border(&self) -> &[u32] {
+        &self.border
+    }
+
+    /// Whether this part holds all particles near `x` \[m\] and is the one that answers for what is there.
+    pub fn answers_for(&self, model: &FluidModel<S>, x: &S::Vector) -> bool {
+        let team = &model.team;
+        let cell = || self.fluid_sources.grid().shape().index(&model.domain, x);
+        team.is_alone() || self.partition.owner_of_cell(cell()) == team.rank()
     }
 
     /// The only particles that can have passed a wall, when none has moved by more than the root of `square` \[m²\]
@@ -226,6 +324,7 @@ impl<S: FluidSpace> Lists<S> {
         } else {
             self.fill(model, Open, fluid, radius(model, skin));
         }
+        self.find_border(fluid.len());
         self.remaining_skin = None;
         self.find_near_walls(model, fluid, skin);
         self.background_period = None;
@@ -244,11 +343,24 @@ impl<S: FluidSpace> Lists<S> {
             ..
         } = self;
         let search = Search { arithmetic: model.arithmetic, geometry, domain: &model.domain, radius };
-        let walls = &wall_origin[..];
-        // The last wall particle does not act.
-        fluid_rows.build(&search, of_fluid, fluid, fluid, Padding::Target);
+        let (walls, placed) = (&wall_origin[..], &self.placed[..]);
+        let sources = if model.team.is_alone() { fluid } else { placed };
+        // The last wall particle does not act. Indices are of 32 bits.
+        let first = self.halo.before() as u32;
+        fluid_rows.build(&search, of_fluid, sources, fluid, Padding::Target(first));
         wall_rows.build(&search, of_walls, walls, fluid, Padding::Index(walls.len() as u32));
-        fluid_of_walls.build(&search, of_fluid, fluid, walls, Padding::Index(u32::MAX));
+        fluid_of_walls.build(&search, of_fluid, sources, walls, Padding::Index(u32::MAX));
+    }
+
+    /// Finds which of `own` particles have copies among their neighbours.
+    fn find_border(&mut self, own: usize) {
+        self.border.clear();
+        let places = self.halo.places(own);
+        if places > own {
+            let inner = self.halo.own(places);
+            let is_border = |k: &u32| self.fluid.neighbours(*k as usize).any(|j| !inner.contains(&j));
+            self.border.extend((0u32..).take(own).filter(is_border));
+        }
     }
 }
 

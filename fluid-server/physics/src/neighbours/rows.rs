@@ -1,7 +1,7 @@
 //! Neighbour lists in whole batches of lanes.
 
 use sph::lanes::{Arithmetic, LanePass, Lanes, WIDTH};
-use sph::neighbours::CellGrid;
+use sph::neighbours::{CellGrid, Cells};
 use sph::space::Space;
 use sph::space::domain::Domain;
 use sph::space::geometry::Geometry;
@@ -31,13 +31,18 @@ const fn set_bits() -> [[u32; WIDTH]; 16] {
 }
 
 /// Padding of the last batch of a row: a neighbour that adds nothing to a sum.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Padding {
-    /// The target itself, which is left out of its own row.
-    #[default]
-    Target,
+    /// The target itself, which is left out of its own row; this is the index of target 0 among the sources.
+    Target(u32),
     /// This index, beyond the sources.
     Index(u32),
+}
+
+impl Default for Padding {
+    fn default() -> Self {
+        Self::Target(0)
+    }
 }
 
 /// Indices of the sources.
@@ -68,6 +73,11 @@ impl<S: Space> Sources<S> {
     /// Bins `positions` \[m\] for searches within `radius` \[m\].
     pub fn bin(&mut self, domain: &Domain<S>, positions: &[S::Vector], radius: f64) {
         self.grid.renew(domain, positions, radius);
+    }
+
+    /// Bins `positions` \[m\] into `cells`.
+    pub fn bin_in(&mut self, cells: Cells<S>, domain: &Domain<S>, positions: &[S::Vector]) {
+        self.grid.renew_in(cells, domain, positions);
     }
 
     /// Takes the positions \[m\] of the sources that were binned, unless their owner has sorted them.
@@ -147,7 +157,7 @@ impl Rows {
     /// The neighbours of target `i` one by one.
     pub fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
         let padding = match self.padding {
-            Padding::Target => i,
+            Padding::Target(first) => first as usize + i,
             Padding::Index(index) => index as usize,
         };
         self.of(i).as_flattened().iter().map(|j| *j as usize).filter(move |j| *j != padding)
@@ -160,7 +170,7 @@ impl Rows {
 
     /// All sources, which are at `given` \[m\], closer than the radius of `search` to each of `targets` \[m\].
     ///
-    /// With [`Padding::Target`] the targets are the sources, sorted by cells already. Neighbours follow each other by
+    /// With [`Padding::Target`] the targets are among the sources, sorted by cells already. Neighbours follow each other by
     /// cell, then as in [`Sources::order`].
     pub fn build<S: Space, G: Geometry<S>>(
         &mut self,
@@ -232,7 +242,10 @@ impl<S: Space, G: Geometry<S>> LanePass for Fill<'_, G, S> {
         for (k, target) in targets.iter().enumerate() {
             let target = domain.wrapped(target);
             let centre = S::splat_vector::<L>(&target);
-            let own = if padding == Padding::Target { first + k } else { usize::MAX };
+            let own = match padding {
+                Padding::Target(of_first) => of_first as usize + first + k,
+                Padding::Index(_) => usize::MAX,
+            };
             let start = used;
             let cell = sources.grid.cell(&target);
             if around.as_ref().is_none_or(|(known, _)| *known != cell) {
@@ -269,7 +282,7 @@ impl<S: Space, G: Geometry<S>> LanePass for Fill<'_, G, S> {
                 }
             }
             let fill = match padding {
-                Padding::Target => own as u32,
+                Padding::Target(_) => own as u32,
                 Padding::Index(index) => index,
             };
             if let Order::AsGiven = sources.kept {

@@ -1,5 +1,9 @@
 //! Input of a pass over neighbours.
 
+use std::ops::Range;
+
+use sph::lanes::WIDTH;
+
 use super::lists::Lists;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::FluidSpace;
@@ -13,8 +17,43 @@ pub struct Scene<'a, G, S: FluidSpace> {
     pub model: &'a FluidModel<S>,
     /// Neighbours.
     pub lists: &'a Lists<S>,
-    /// Fluid as pair sums read it.
+    /// Fluid as pair sums read it: the own particles, and copies of those of other parts before and after them.
     pub fluid: &'a [S::Particle],
     /// Walls as pair sums read them, and one particle that does not act.
     pub walls: &'a [S::Particle],
+}
+
+impl<G, S: FluidSpace> Scene<'_, G, S> {
+    /// Place in `fluid` of own particle 0.
+    #[inline(always)]
+    pub fn first(&self) -> usize {
+        self.lists.halo().before()
+    }
+
+    /// Places of the own particles.
+    pub fn own(&self) -> Range<usize> {
+        self.lists.halo().own(self.fluid.len())
+    }
+
+    /// Fluid neighbours of the own particle at place `i`.
+    #[inline(always)]
+    pub fn fluid_row(&self, i: usize) -> &[[u32; WIDTH]] {
+        self.lists.fluid.of(i - self.first())
+    }
+
+    /// The same one by one.
+    pub fn fluid_neighbours(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        self.lists.fluid.neighbours(i - self.first())
+    }
+
+    /// Wall neighbours of the own particle at place `i`.
+    #[inline(always)]
+    pub fn wall_row(&self, i: usize) -> &[[u32; WIDTH]] {
+        self.lists.walls.of(i - self.first())
+    }
+
+    /// The same one by one.
+    pub fn wall_neighbours(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        self.lists.walls.neighbours(i - self.first())
+    }
 }

@@ -5,6 +5,7 @@
 
 use std::ops::AddAssign;
 
+use serde::{Deserialize, Serialize};
 use sph::coupling::ledger::{EnergyAccount, EnergyValues};
 use sph::prescribed::motion::MotionState;
 use sph::space::tensors::SpaceVector;
@@ -28,7 +29,7 @@ pub struct EnergyInput<'a, S: FluidSpace> {
 }
 
 /// Powers on the fluid \[W/m\], summed over particles.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct ForcePowers {
     /// Pressure and viscous stress.
     pub pressure: f64,

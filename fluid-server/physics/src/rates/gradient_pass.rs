@@ -2,6 +2,7 @@
 //! particle regularisation; with leapfrog also the density rate, Eq. (17).
 
 use std::marker::PhantomData;
+use std::ops::Range;
 
 use sph::lanes::{LanePass, Lanes};
 use sph::space::geometry::Geometry;
@@ -39,7 +40,7 @@ pub enum PartnerDensity {
 }
 
 impl<S: FluidSpace> Gradients<S> {
-    /// Sums over fluid and walls, and what follows from them.
+    /// Sums of own particles over fluid and walls, and what follows from them.
     ///
     /// Walls enter with their density by Eq. (28) and their velocity by Eq. (27). With a `partner` the sums are kept,
     /// so that its particles can be added. With leapfrog the density rates go to `rates`.
@@ -54,7 +55,7 @@ impl<S: FluidSpace> Gradients<S> {
             return;
         }
         self.resize(model, scene.fluid.len(), partner);
-        rates.resize(scene.fluid.len(), Rates::default());
+        rates.resize(scene.own().len(), Rates::default());
         match (model.regularises(), model.needs_moments(), model.needs_velocity_gradient()) {
             (true, ..) => self.gather(scene, Selected::<true, true, true>, rates),
             (false, true, true) => self.gather(scene, Selected::<true, true, false>, rates),
@@ -65,7 +66,8 @@ impl<S: FluidSpace> Gradients<S> {
 
     fn gather<G: Geometry<S>, W: SumSelection>(&mut self, scene: &Scene<G, S>, _: W, rates: &mut [Rates<S>]) {
         let arithmetic = scene.model.arithmetic;
-        for_each_task(scene.fluid.len(), self.results(scene.model, rates), &|particles, results| {
+        let results = self.results(scene.model, scene.own(), rates);
+        for_each_task(scene.own().len(), results, &|particles, results| {
             let selection = PhantomData::<W>;
             arithmetic.run(Gather {
                 scene,
@@ -77,7 +79,7 @@ impl<S: FluidSpace> Gradients<S> {
         });
     }
 
-    /// Adds the sums over a partner's particles to those of `members`, and updates their results.
+    /// Adds the sums over a partner's particles to those of `members`, own indices, and updates their results.
     pub fn merge<G: Geometry<S>>(
         &mut self,
         scene: &Scene<G, S>,
@@ -90,7 +92,7 @@ impl<S: FluidSpace> Gradients<S> {
         merged.clear();
         merged.resize(members.len(), None);
         for_each(&mut merged[..], MERGE_TASK, |k, merged| {
-            let i = members[k] as usize;
+            let i = scene.first() + members[k] as usize;
             let mut sums = self.sums[i];
             sums.merge(&partner[k]);
             let mut finished = finish(scene, i, &sums);
@@ -101,23 +103,23 @@ impl<S: FluidSpace> Gradients<S> {
             }
             *merged = Some((sums, finished));
         });
-        for (i, (sums, finished)) in members.iter().zip(merged.iter().flatten()) {
-            let i = *i as usize;
-            self.sums[i] = *sums;
-            self.results(scene.model, rates).put(i, finished);
+        for (k, (sums, finished)) in members.iter().zip(merged.iter().flatten()) {
+            let k = *k as usize;
+            self.sums[scene.first() + k] = *sums;
+            self.results(scene.model, scene.own(), rates).put(k, finished);
         }
         self.merged = merged;
     }
 
-    /// T of every particle at its present pressure, from the results of the pass; the order of particles must be the
-    /// same. With leapfrog only, whose predictor computes none.
-    pub fn make_tensors(&mut self, model: &FluidModel<S>, fluid: &[S::Particle]) {
+    /// T of every own particle, at the places `own`, at its present pressure, from the results of the pass; the order of
+    /// particles must be the same. With leapfrog only, whose predictor computes none.
+    pub fn make_tensors(&mut self, model: &FluidModel<S>, own: Range<usize>, fluid: &[S::Particle]) {
         if !(model.has_tensors() && model.is_leapfrog()) || model.has_symmetric_tensors() {
             return;
         }
         let mut tensors = std::mem::take(&mut self.tensor);
-        for_each_task(fluid.len(), &mut tensors[..], &|particles, tensors| {
-            for (i, of_particle) in particles.zip(tensors) {
+        for_each_task(own.len(), &mut tensors[own.clone()], &|particles, tensors| {
+            for (i, of_particle) in particles.map(|k| own.start + k).zip(tensors) {
                 let stress = self.viscous_stress.get(i).copied().unwrap_or(S::zero_matrix());
                 let correction = self.correction.get(i).copied().unwrap_or(S::identity());
                 *of_particle = tensor(model, fluid[i].pressure() + self.damper(i), stress, correction);
@@ -142,23 +144,23 @@ impl<S: FluidSpace, G: Geometry<S>, W: SumSelection> LanePass for Gather<'_, G, 
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { scene, first, count, mut results, .. } = self;
-        let Scene { geometry, model, lists, fluid, walls } = *scene;
+        let Scene { geometry, model, fluid, walls, .. } = *scene;
         let law = SumKernel { kernel: model.law.kernel.lanes(), ratio: Ratio::new(model) };
         // A round of its own for square roots and divisions: many of them are under way at a time.
         let mut prepared = [SumBatch::<S, L>::nothing(); BATCHES];
         for k in 0..count {
-            let i = first + k;
+            let i = scene.first() + first + k;
             let motion = fluid[i].splat_motion();
             let rho = L::splat(fluid[i].density());
             let mut sums = LaneSums::<S, L>::zero();
-            for rows in lists.fluid.of(i).chunks(BATCHES) {
+            for rows in scene.fluid_row(i).chunks(BATCHES) {
                 for (batch, indices) in prepared.iter_mut().zip(rows) {
                     let gathered = NeighbourBatch::gather(geometry, &motion, fluid, *indices);
                     *batch = sums.prepare::<W>(&law, rho, &gathered, NeighbourKind::Fluid);
                 }
                 sums.add::<W>(&prepared[..rows.len()]);
             }
-            for rows in lists.walls.of(i).chunks(BATCHES) {
+            for rows in scene.wall_row(i).chunks(BATCHES) {
                 for (batch, indices) in prepared.iter_mut().zip(rows) {
                     let gathered = NeighbourBatch::gather(geometry, &motion, walls, *indices);
                     *batch = sums.prepare::<W>(&law, rho, &gathered, NeighbourKind::Wall);
@@ -174,7 +176,7 @@ impl<S: FluidSpace, G: Geometry<S>, W: SumSelection> LanePass for Gather<'_, G, 
     }
 }
 
-/// ∇ρ, damper, L_i, viscous stress, T and regularisation of particle `i` from its sums, Eq. (4) and (20)-(21).
+/// ∇ρ, damper, L_i, viscous stress, T and regularisation of the particle at place `i` from its sums, Eq. (4) and (20)-(21).
 #[inline(always)]
 fn finish<S: FluidSpace, G: Geometry<S>>(
     scene: &Scene<G, S>,

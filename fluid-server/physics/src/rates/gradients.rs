@@ -1,5 +1,6 @@
 //! Results of the gradient pass.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use sph::space::Plane;
@@ -11,6 +12,7 @@ use crate::equations::neighbour_sums::NeighbourSums;
 use crate::free_surface::detection::mark_near;
 use crate::free_surface::shifting::RegularisationSums;
 use crate::neighbours::scene::Scene;
+use crate::parts::halo::put as put_in;
 use crate::system::model::{FluidModel, Viscosity};
 use crate::system::packed_particle::{FluidSpace, NeighbourFields};
 use crate::system::tasks::split_by_field;
@@ -24,7 +26,8 @@ pub enum Partner {
     Present,
 }
 
-/// Results of the pass for each fluid particle; arrays that a case does not need stay empty.
+/// Results of the pass for each fluid particle, own ones and copies, by place; arrays that a case does not need stay
+/// empty. Of copies only what neighbours read is filled in.
 #[derive(Debug)]
 pub struct Gradients<S: FluidSpace = Plane> {
     /// Raw sums, kept where there is a partner.
@@ -104,9 +107,9 @@ impl<S: FluidSpace> Default for Gradients<S> {
 }
 
 impl<S: FluidSpace> Gradients<S> {
-    /// Arrays for `particles`, as far as `model` needs them.
-    pub fn resize(&mut self, model: &FluidModel<S>, particles: usize, partner: Partner) {
-        let of = |needed: bool| if needed { particles } else { 0 };
+    /// Arrays for as many `places`, as far as `model` needs them.
+    pub fn resize(&mut self, model: &FluidModel<S>, places: usize, partner: Partner) {
+        let of = |needed: bool| if needed { places } else { 0 };
         self.sums.resize(of(partner == Partner::Present), NeighbourSums::default());
         self.neighbour_fields.resize(of(model.has_neighbour_fields()), S::Fields::default());
         self.at_surface.resize(of(model.regularises()), false);
@@ -122,26 +125,74 @@ impl<S: FluidSpace> Gradients<S> {
         self.viscosity.resize(of(model.viscosity == Viscosity::Pairwise), 0.0);
     }
 
-    /// The arrays that the pass fills; `rates` with leapfrog.
+    /// The parts of the arrays at the places `own`, which the pass fills; `rates` with leapfrog.
     pub fn results<'a>(
         &'a mut self,
         model: &FluidModel<S>,
+        own: Range<usize>,
         rates: &'a mut [Rates<S>],
     ) -> GradientSlices<'a, S> {
+        fn part<'a, T>(values: &'a mut [T], own: &Range<usize>) -> &'a mut [T] {
+            if values.is_empty() { &mut [] } else { &mut values[own.clone()] }
+        }
         let rates = if model.is_leapfrog() { rates } else { &mut [] };
         GradientSlices {
-            sums: &mut self.sums,
-            neighbour_fields: &mut self.neighbour_fields,
-            at_surface: &mut self.at_surface,
-            correction: &mut self.correction,
-            regularisation: &mut self.regularisation,
-            viscous_stress: &mut self.viscous_stress,
-            dissipation: &mut self.dissipation,
-            tensor: &mut self.tensor,
-            momentum_correction: &mut self.momentum_correction,
-            viscosity: &mut self.viscosity,
+            sums: part(&mut self.sums, &own),
+            neighbour_fields: part(&mut self.neighbour_fields, &own),
+            at_surface: part(&mut self.at_surface, &own),
+            correction: part(&mut self.correction, &own),
+            regularisation: part(&mut self.regularisation, &own),
+            viscous_stress: part(&mut self.viscous_stress, &own),
+            dissipation: part(&mut self.dissipation, &own),
+            tensor: part(&mut self.tensor, &own),
+            momentum_correction: part(&mut self.momentum_correction, &own),
+            viscosity: part(&mut self.viscosity, &own),
             rates,
         }
+    }
+
+    /// Renews what neighbours read of the copies of particles of other parts.
+    pub fn exchange_copies<G: Geometry<S>>(&mut self, scene: &Scene<G, S>) {
+        let (team, halo, first) = (&scene.model.team, scene.lists.halo(), scene.first());
+        let Self { neighbour_fields, at_surface, tensor, momentum_correction, viscosity, .. } = self;
+        halo.send(team, |k, message| {
+            let i = first + k;
+            if let Some(fields) = neighbour_fields.get(i) {
+                put_in(message, [fields.damper(), fields.eigenvalue()]);
+                put_in(message, S::vector(fields.density_gradient()));
+            }
+            if let Some(is_at_surface) = at_surface.get(i) {
+                message.push(u8::from(*is_at_surface));
+            }
+            if let Some(tensor) = tensor.get(i) {
+                put_in(message, S::tensor(*tensor));
+            }
+            if let Some(correction) = momentum_correction.get(i) {
+                put_in(message, S::symmetric_tensor(*correction));
+            }
+            if let Some(viscosity) = viscosity.get(i) {
+                put_in(message, *viscosity);
+            }
+        });
+        halo.receive(team, |place, message| {
+            if let Some(fields) = neighbour_fields.get_mut(place) {
+                let [damper, eigenvalue] = message.take();
+                let gradient: S::Vector = message.take();
+                *fields = S::Fields::new(damper, eigenvalue, S::components(&gradient));
+            }
+            if let Some(is_at_surface) = at_surface.get_mut(place) {
+                *is_at_surface = message.flag();
+            }
+            if let Some(tensor) = tensor.get_mut(place) {
+                *tensor = S::tensor_components(&message.take());
+            }
+            if let Some(correction) = momentum_correction.get_mut(place) {
+                *correction = S::symmetric_components(&message.take());
+            }
+            if let Some(viscosity) = viscosity.get_mut(place) {
+                *viscosity = message.number();
+            }
+        });
     }
 
     /// Finds the particles near the free surface at their present positions, in a case with particle regularisation.
@@ -151,25 +202,25 @@ impl<S: FluidSpace> Gradients<S> {
         }
     }
 
-    /// Whether particle `i` lies at the free surface, or one of its particles within the support.
+    /// Whether the particle at place `i` lies at the free surface, or one of its particles within the support.
     #[inline(always)]
     pub fn is_near_surface(&self, i: usize) -> bool {
         self.near_surface.get(i).is_some_and(|is| is.load(Ordering::Relaxed))
     }
 
-    /// Whether particle `i` lies at the free surface.
+    /// Whether the particle at place `i` lies at the free surface.
     #[inline(always)]
     pub fn is_at_surface(&self, i: usize) -> bool {
         self.at_surface.get(i).copied().unwrap_or_default()
     }
 
-    /// q of the acoustic damper of particle `i` \[Pa\].
+    /// q of the acoustic damper of the particle at place `i` \[Pa\].
     #[inline(always)]
     pub fn damper(&self, i: usize) -> f64 {
         self.neighbour_fields.get(i).map_or(0.0, S::Fields::damper)
     }
 
-    /// L_i of particle `i` as Eq. (22) takes it.
+    /// L_i of the particle at place `i` as Eq. (22) takes it.
     #[inline(always)]
     pub fn in_momentum(&self, model: &FluidModel<S>, i: usize) -> S::Symmetric<f64> {
         if let Some(correction) = self.momentum_correction.get(i) {

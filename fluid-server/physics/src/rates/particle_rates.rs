@@ -2,6 +2,7 @@
 
 use std::ops::AddAssign;
 
+use serde::{Deserialize, Serialize};
 use sph::coupling::stage::Stage;
 use sph::space::{Plane, Space};
 
@@ -45,7 +46,8 @@ pub struct Rates<S: Space = Plane> {
 }
 
 /// Sums over the particles of one task: forces \[N/m\], and torques about the domain's torque origin \[N\].
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[serde(bound(serialize = "", deserialize = ""))]
 pub struct ExternalForces<S: Space = Plane> {
     /// Body force.
     pub body: Wrench<S>,
@@ -70,7 +72,8 @@ impl<S: Space> AddAssign for ExternalForces<S> {
 }
 
 /// A force \[N/m\] and its torque \[N\].
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[serde(bound(serialize = "", deserialize = ""))]
 pub struct Wrench<S: Space> {
     /// Force.
     pub force: S::Vector,

@@ -89,7 +89,7 @@ pub struct PowerSums<N = [f64; WIDTH]> {
 pub struct AddPowers<'a, S: FluidSpace> {
     /// Sums over earlier particles.
     pub sums: &'a mut PowerSums,
-    /// Particles as neighbours read them.
+    /// Own particles as neighbours read them.
     pub fluid: &'a [S::Particle],
     /// State.
     pub state: &'a FluidState<S>,

@@ -19,7 +19,6 @@ use crate::equations::continuity::density_rate;
 use crate::equations::pair::{LawLanes, PairTotals};
 use crate::equations::terms::{ActiveTerms, ForceTerms, PairTerms, TermsPass};
 use crate::free_surface::shifting::{self, Regularisation};
-use crate::neighbours::scene::Scene;
 use crate::system::model::{FluidModel, Viscosity};
 use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::tasks::{for_each_task, per_task};
@@ -35,7 +34,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         external: &mut Vec<ExternalForces<S>>,
     ) {
         let model = self.scene.model;
-        rates.resize(self.scene.fluid.len(), Rates::default());
+        rates.resize(self.state.len(), Rates::default());
         by_continuity.resize(if self.part == StagePart::Whole { rates.len() } else { 0 }, 0.0);
         if self.part == StagePart::Density {
             // The gradient pass has computed them.
@@ -73,10 +72,10 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for RatePass<'_, G, S> {
 
     fn call<T: PairTerms>(self) {
         let Self { fields, rates, by_continuity, external } = self;
-        let Scene { model, fluid, .. } = fields.scene;
+        let (model, count) = (fields.scene.model, rates.len());
         let body_force = &model.body_force.at(fields.time);
-        for_each_task(fluid.len(), ((rates, by_continuity), per_task(external, fluid.len())), &|particles,
-                                                                                                (
+        for_each_task(count, ((rates, by_continuity), per_task(external, count)), &|particles,
+                                                                                    (
             (rates, by_continuity),
             external,
         )| {
@@ -131,7 +130,7 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
         for start in (0..count).step_by(BLOCK) {
             let block = start..count.min(start + BLOCK);
             for (k, acting) in block.clone().zip(&mut acting) {
-                let i = first + k;
+                let (own_index, i) = (first + k, scene.first() + first + k);
                 let own = fields.own::<L, T>(i);
                 let pairs = fields.fluid_sums::<L, T>(&law, i, &own);
                 let sums = pairs.total();
@@ -140,7 +139,7 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                 // Most particles are far from walls.
                 let (mut walls, mut by_walls) = (PairTotals::<S>::default(), S::Vector::zeros());
                 let mut repulsion = S::Vector::zeros();
-                let at_walls = (!scene.lists.walls.of(i).is_empty()).then(|| {
+                let at_walls = (!scene.wall_row(i).is_empty()).then(|| {
                     let pairs = fields.wall_sums::<L, T>(&law, i, &own, None);
                     (pairs, wall_repulsion(scene, fields.field, i, None))
                 });
@@ -149,12 +148,12 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                     repulsion = *repels;
                     by_walls = walls.stress_divergence / -rho + repulsion;
                 }
-                let body = body_force.acceleration(&state.position[i]);
+                let body = body_force.acceleration(&state.position[own_index]);
                 let mut regularisation = Regularisation::<S>::default();
                 if let (true, Some(order)) = (T::NEIGHBOUR_FIELDS, &model.regularisation) {
                     let (all, sums) = (&gradients.neighbour_fields, &gradients.regularisation[i]);
                     let near = gradients.is_near_surface(i);
-                    let excess = state.volume_excess.get(i).copied().unwrap_or_default();
+                    let excess = state.volume_excess.get(own_index).copied().unwrap_or_default();
                     regularisation =
                         shifting::regularise::<S, L, G>(order, scene, i, all, near, sums, excess);
                 }
@@ -171,7 +170,7 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                 if let Some(place) = by_continuity.get_mut(k) {
                     *place = continuity;
                 }
-                let (m, arm) = (state.mass[i], state.position[i] - origin);
+                let (m, arm) = (state.mass[own_index], state.position[own_index] - origin);
                 external.body += Wrench::at(&arm, body * m);
                 external.walls += Wrench::at(&arm, by_walls * m);
                 external.stabilisers += Wrench::at(&arm, regularisation.acceleration * m);
@@ -198,7 +197,7 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                 let acting = &acting;
                 model.arithmetic.run(AddPowers {
                     sums: &mut powers,
-                    fluid: scene.fluid,
+                    fluid: &scene.fluid[scene.own()],
                     state,
                     energy,
                     particles,
@@ -218,7 +217,7 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                     powers: &mut lost,
                 });
             }
-            fields.add_losses(&mut lost, particles);
+            fields.add_losses(&mut lost, scene.first() + first..scene.first() + first + count);
             external.powers = powers.total();
             external.powers += lost;
         }

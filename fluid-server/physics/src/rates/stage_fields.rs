@@ -38,7 +38,7 @@ pub struct StageFields<'a, G, S: FluidSpace = Plane> {
 }
 
 impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
-    /// Particle `i` in each lane.
+    /// The particle at place `i` in each lane.
     #[inline(always)]
     pub fn own<L: Lanes, T: PairTerms>(&self, i: usize) -> CentreParticle<S, L> {
         let (fluid, gradients) = (&self.scene.fluid[i], self.gradients);
@@ -64,7 +64,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         }
     }
 
-    /// Sums of particle `i` over its fluid neighbours.
+    /// Sums of the particle at place `i` over its fluid neighbours.
     #[inline(always)]
     pub fn fluid_sums<L: Lanes, T: PairTerms>(
         &self,
@@ -72,7 +72,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         i: usize,
         own: &CentreParticle<S, L>,
     ) -> PairSums<S, L> {
-        let Scene { geometry, lists, fluid, .. } = self.scene;
+        let Scene { geometry, fluid, .. } = self.scene;
         let gradients = self.gradients;
         // The same length, as one check of an index then serves both.
         let neighbour_fields =
@@ -80,7 +80,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         let tensors = if T::TENSOR && !T::SYMMETRIC { &gradients.tensor[..fluid.len()] } else { &[] };
         let corrections = if T::SYMMETRIC { &gradients.momentum_correction[..fluid.len()] } else { &[] };
         let mut sums = PairSums::zero();
-        for indices in lists.fluid.of(i) {
+        for indices in self.scene.fluid_row(i) {
             let indices = *indices;
             let mut batch = NeighbourBatch::<S, L>::gather(geometry, &own.motion, fluid, indices);
             let mut data = NeighbourData::nothing();
@@ -104,7 +104,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         sums
     }
 
-    /// Sums of particle `i` over the particles of `wall`, or of all walls.
+    /// Sums of the particle at place `i` over the particles of `wall`, or of all walls.
     ///
     /// A wall takes ∇ρ, L and damper of the particle, and its viscous stress, mirrored where it slips.
     #[inline(always)]
@@ -115,13 +115,13 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         own: &CentreParticle<S, L>,
         wall: Option<u32>,
     ) -> PairSums<S, L> {
-        let Scene { geometry, model, lists, walls, .. } = self.scene;
+        let Scene { geometry, model, walls, .. } = self.scene;
         let damper = L::splat(self.damper(i));
         let correction = if T::TENSOR { self.gradients.in_momentum(model, i) } else { S::identity() };
         let of_pressure = S::matrix_of_symmetric(S::splat_symmetric::<L>(&correction));
         let inviscid = self.gradients.viscous_stress.is_empty();
         let mut sums = PairSums::zero();
-        for indices in lists.walls.of(i) {
+        for indices in self.scene.wall_row(i) {
             let indices = *indices;
             let mut batch = NeighbourBatch::<S, L>::gather(geometry, &own.motion, walls, indices);
             if let Some(wall) = wall {
@@ -147,7 +147,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         sums
     }
 
-    /// q of the acoustic damper of particle `i` \[Pa\].
+    /// q of the acoustic damper of the particle at place `i` \[Pa\].
     pub fn damper(&self, i: usize) -> f64 {
         self.gradients.damper(i)
     }
@@ -162,7 +162,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         S::plus_product(S::scaled(batch.v, along), S::dot(batch.v, normal), normal)
     }
 
-    /// Adds what acoustic damper and viscous stress lose at `particles`.
+    /// Adds what acoustic damper and viscous stress lose at the particles at places `particles`.
     ///
     /// ```text
     /// V q²/(ρ α c₀ h),   V τ:∇v
@@ -192,7 +192,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         self.field.mirror_normal.get(w).copied().unwrap_or_default()
     }
 
-    /// T of wall particle `w` in the pair with particle `i`, with L_i as in Eq. (22).
+    /// T of wall particle `w` in the pair with the particle at place `i`, with L_i as in Eq. (22).
     fn wall_tensor(&self, i: usize, w: usize, correction: S::Symmetric<f64>) -> S::Matrix<f64> {
         let normal = S::components(&self.mirror_normal(w));
         let stress = self.gradients.viscous_stress.get(i);

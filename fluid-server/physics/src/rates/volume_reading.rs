@@ -74,6 +74,7 @@ impl VolumeReading {
         excess: &mut [f64],
     ) {
         let Scene { lists, fluid, model, .. } = *scene;
+        let (own, team, halo) = (scene.own(), &model.team, lists.halo());
         let (grid, arithmetic) = (lists.background(), model.arithmetic);
         let partner = interface.map(FluidInterface::partner);
         // Particles of a solid along periodic axes may lie outside the box.
@@ -92,6 +93,7 @@ impl VolumeReading {
         self.all.iter_mut().zip(&self.fluid).for_each(|(all, fluid)| *all += fluid);
         self.around_solids.resize(partner.map_or(0, |states| states.len()), 0.0);
         grid.read::<S>(arithmetic, solids(), &self.all, self.around_solids.iter_mut());
+        self.agree_around_solids(scene, solids());
         let is_left_out = |s: usize| {
             let separates = interface.is_some_and(|interface| interface.separates(s));
             separates || self.around_solids[s] < S::LEAST_CLAIM_AROUND_SOLIDS
@@ -109,20 +111,42 @@ impl VolumeReading {
             *left_out |= *fluid <= S::LEAST_FLUID_CLAIM * (*all - fluid);
             *all = if *left_out { 0.0 } else { (*all - 1.0) / fluid };
         }
-        self.hand_back::<S>(grid, arithmetic, fluid, excess);
+        self.hand_back::<S>(grid, arithmetic, &fluid[own.clone()], excess);
         excess.iter_mut().for_each(|excess| {
             *excess = excess.clamp(-S::LARGEST_VOLUME_EXCESS, S::LARGEST_VOLUME_EXCESS);
         });
         // Once more by way of the nodes.
-        let claimed = |i: usize| fluid[i].volume() * excess[i] / grid.node_volume();
+        let copied;
+        let with_copies = if team.is_alone() {
+            &excess[..]
+        } else {
+            copied = halo.with_copies(team, excess);
+            &copied[..]
+        };
+        let claimed = |i: usize| fluid[i].volume() * with_copies[i] / grid.node_volume();
         Self::sum::<S>(grid, arithmetic, fluid, &claimed, &mut self.all);
         for ((all, fluid), left_out) in self.all.iter_mut().zip(&self.fluid).zip(&self.left_out) {
             *all = if *left_out { 0.0 } else { *all / fluid };
         }
-        self.hand_back::<S>(grid, arithmetic, fluid, excess);
+        self.hand_back::<S>(grid, arithmetic, &fluid[own], excess);
     }
 
-    /// The means of `all` around the particles.
+    /// Takes the mean claim around each particle of a partner, at `positions` \[m\], from the part that answers for it.
+    fn agree_around_solids<S: FluidSpace, G: Geometry<S>>(
+        &mut self,
+        scene: &Scene<G, S>,
+        positions: impl Iterator<Item = S::Vector>,
+    ) {
+        let team = &scene.model.team;
+        if team.is_alone() {
+            return;
+        }
+        let answered = positions.map(|x| scene.lists.answers_for(scene.model, &x));
+        let own = self.around_solids.iter().zip(answered).map(|(claim, own)| own.then_some(*claim));
+        self.around_solids = team.complete(own.collect());
+    }
+
+    /// The means of `all` around own particles.
     fn hand_back<S: FluidSpace>(
         &self,
         grid: &BackgroundGrid,

@@ -14,13 +14,13 @@ use crate::equations::pair::{LawLanes, PairParts};
 use crate::equations::terms::{PairTerms, TermsPass};
 use crate::system::packed_particle::{FluidSpace, Packed};
 
-/// Stress divergence Σ V_w [...]·∇W of particle `i` over the particles of `wall` \[Pa/m\], and its parts.
+/// Stress divergence Σ V_w [...]·∇W of the particle at place `i` over the particles of `wall` \[Pa/m\], and its parts.
 pub struct OneWall<'a, G, S: FluidSpace, T> {
     /// Input of the rates.
     pub fields: &'a StageFields<'a, G, S>,
     /// Terms.
     pub terms: PhantomData<T>,
-    /// Particle.
+    /// Place of the particle.
     pub i: usize,
     /// Index of the wall.
     pub wall: u32,
@@ -49,7 +49,7 @@ pub struct WallCredits<'a, G, S: FluidSpace> {
     pub fields: &'a StageFields<'a, G, S>,
     /// Motion of each wall, `None` for one at rest.
     pub motions: &'a [Option<MotionState<S>>],
-    /// The particles.
+    /// The particles, by their own indices.
     pub particles: Range<usize>,
     /// Powers that are changed.
     pub powers: &'a mut ForcePowers,
@@ -61,11 +61,12 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for WallCredits<'_, G, S> {
     fn call<T: PairTerms>(self) {
         let Self { fields, motions, particles, powers } = self;
         let scene = &fields.scene;
-        let (model, lists) = (scene.model, scene.lists);
-        for i in particles {
+        let model = scene.model;
+        for k in particles {
+            let i = scene.first() + k;
             for (wall, motion) in (0..).zip(motions) {
                 let near = |w: usize| model.walls.wall[w] == wall;
-                let Some(motion) = motion.as_ref().filter(|_| lists.walls.neighbours(i).any(near)) else {
+                let Some(motion) = motion.as_ref().filter(|_| scene.wall_neighbours(i).any(near)) else {
                     continue;
                 };
                 let particle = &scene.fluid[i];
@@ -74,7 +75,7 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for WallCredits<'_, G, S> {
                 let pairs = divergence / -particle.density();
                 let repulsion = wall_repulsion(scene, fields.field, i, Some(wall));
                 let velocity = motion.velocity_at(&particle.position());
-                let extent = (fields.state.mass[i], particle.volume());
+                let extent = (fields.state.mass[k], particle.volume());
                 powers.credit_wall(extent, &velocity, &pairs, &parts, &repulsion);
             }
         }

@@ -3,6 +3,7 @@
 use sph::coupling::stage::{StageTime, StepStage};
 
 use crate::boundary::wall_states::WallStates;
+use crate::neighbours::lists::Lists;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::FluidSpace;
 use crate::system::state::FluidState;
@@ -58,12 +59,13 @@ impl<S: FluidSpace> BoundaryEvaluation<S> {
         }
     }
 
-    /// Walls of the last evaluation, or as the last stage in `workspace` left them.
-    pub fn walls<'a>(&'a self, workspace: &'a Workspace<S>) -> &'a WallStates<S> {
-        match &self.0 {
-            Some(Kept { place: Place::Apart(apart), .. }) => &apart.1.walls,
-            _ => &workspace.walls,
-        }
+    /// Walls of the last evaluation, or as the last stage in `workspace` left them, and the lists of the fluid they meet.
+    pub fn walls<'a>(&'a self, workspace: &'a Workspace<S>) -> (&'a WallStates<S>, &'a Lists<S>) {
+        let workspace = match &self.0 {
+            Some(Kept { place: Place::Apart(apart), .. }) => &apart.1,
+            _ => workspace,
+        };
+        (&workspace.walls, &workspace.lists)
     }
 
     /// To be called where the state changes: drops the evaluation.

@@ -13,6 +13,7 @@ use sph::sums::ordered_sum;
 
 use crate::system::model::{FluidModel, Parallelogram, Probe, Segment};
 use crate::system::state::FluidState;
+use crate::system::tasks::sum_over_particles;
 
 sph::constants! {
     const LINK_LENGTH: f64 = 1.5, "probes.link_length",
@@ -24,19 +25,22 @@ sph::constants! {
         "intervals of the midpoint rule across the support of a particle in a flow rate [-]";
 }
 
-/// Values of `model`'s probes; `wall_forces` computes the force on each wall \[N/m\] where a probe needs it,
-/// `immersed` is the number of particles inside solids.
+/// Whether a probe of `model` needs the forces on walls.
+pub fn need_wall_forces<S: Space>(model: &FluidModel<S>) -> bool {
+    model.probes.iter().any(|probe| matches!(probe, Probe::Plain(FluidProbeKind::WallForce(_))))
+}
+
+/// Values of `model`'s probes; `forces` are those on the walls \[N/m\] where they are needed, `immersed` is the number of
+/// particles inside solids.
 pub fn values<S: Space>(
     model: &FluidModel<S>,
     state: &FluidState<S>,
-    wall_forces: impl FnOnce() -> Vec<S::Vector>,
+    forces: &[S::Vector],
     immersed: u32,
     values: &mut Vec<f64>,
 ) {
     let connected = OnceCell::new();
     let connected = || connected.get_or_init(|| connected_fluid(model, state));
-    let needs_forces = |probe: &Probe<S>| matches!(probe, Probe::Plain(FluidProbeKind::WallForce(_)));
-    let forces = if model.probes.iter().any(needs_forces) { wall_forces() } else { Vec::new() };
     for probe in &model.probes {
         match probe {
             Probe::Point(x) => point(model, state, x, values),
@@ -230,9 +234,10 @@ impl<S: Space> AddAssign for RegionSums<S> {
     }
 }
 
-/// Energies of all fluid as the energy budget takes them: gravity counts where it has a potential.
+/// Energies of the fluid of all parts as the energy budget takes them: gravity counts where it has a potential.
 pub fn energies<S: Space>(model: &FluidModel<S>, state: &FluidState<S>) -> Energies {
-    ordered_sum(state.len(), |i| energies_of(model, state, &model.falling, i))
+    let energies = |i| energies_of(model, state, &model.falling, i);
+    sum_over_particles(&model.team, state.first, state.len(), energies)
 }
 
 /// Energies of particle `i`.

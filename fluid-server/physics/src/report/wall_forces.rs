@@ -3,6 +3,7 @@
 use std::marker::PhantomData;
 use std::ops::AddAssign;
 
+use serde::{Deserialize, Serialize};
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::SpaceVector;
 
@@ -16,6 +17,7 @@ use crate::rates::wall_pass::OneWall;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::state::FluidState;
+use crate::system::tasks::sum_over_particles;
 use crate::time::stage::Workspace;
 
 /// Force of the fluid on each wall \[N/m\] as of the last evaluation in `workspace`, at `time` \[s\].
@@ -63,12 +65,13 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for WallForces<'_, G, S> {
 
     fn call<T: PairTerms>(self) -> Vec<S::Vector> {
         let fields = self.fields;
-        let Scene { model, lists, fluid, .. } = fields.scene;
-        let walls = &model.walls;
-        let mut forces: PerWall<S> = sph::sums::ordered_sum(fluid.len(), |i| {
+        let Scene { model, fluid, .. } = fields.scene;
+        let (walls, state) = (&model.walls, fields.state);
+        let mut forces: PerWall<S> = sum_over_particles(&model.team, state.first, state.len(), |k| {
+            let i = fields.scene.first() + k;
             // Most particles are near no wall, and few near more than one.
             let mut near: Vec<u32> = Vec::new();
-            for w in lists.walls.neighbours(i) {
+            for w in fields.scene.wall_neighbours(i) {
                 if !near.contains(&walls.wall[w]) {
                     near.push(walls.wall[w]);
                 }
@@ -78,7 +81,7 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for WallForces<'_, G, S> {
                 let pass = OneWall { fields, terms: PhantomData::<T>, i, wall };
                 let (divergence, _) = model.arithmetic.run(pass);
                 let repulsion = wall_repulsion(&fields.scene, fields.field, i, Some(wall));
-                *forces.of(wall as usize) = divergence * fluid[i].volume() - repulsion * fields.state.mass[i];
+                *forces.of(wall as usize) = divergence * fluid[i].volume() - repulsion * state.mass[k];
             }
             forces
         });
@@ -88,7 +91,8 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for WallForces<'_, G, S> {
 }
 
 /// Force on each wall \[N/m\]; zero on those beyond the end.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(bound(serialize = "", deserialize = ""))]
 struct PerWall<S: FluidSpace>(Vec<S::Vector>);
 
 impl<S: FluidSpace> PerWall<S> {

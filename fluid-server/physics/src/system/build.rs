@@ -15,14 +15,16 @@ use super::setup_errors::setup_errors;
 use super::state::FluidState;
 use super::thresholds::Thresholds;
 use super::walls::WallModel;
+use crate::team::Team;
 
-/// Model and first state of `setup`.
+/// Model and first state of `setup`, of which `team` computes a part here.
 ///
 /// # Errors
 /// Everything in the set-up that can not be run.
 pub fn build<S: Thresholds>(
     setup: FluidSetup<S>,
     arithmetic: Arithmetic,
+    team: Team,
 ) -> Result<(FluidModel<S>, FluidState<S>), Vec<String>> {
     let mut errors = setup_errors(&setup);
     if !errors.is_empty() {
@@ -57,6 +59,7 @@ pub fn build<S: Thresholds>(
         }
     };
     let model = FluidModel {
+        team,
         domain: run.domain,
         constants,
         equation_of_state: constants.equation_of_state(),

@@ -17,10 +17,13 @@ use sph::space::domain::Domain;
 
 use super::packed_particle::FluidSpace;
 use super::walls::WallModel;
+use crate::team::Team;
 
 /// Constants of a run.
 #[derive(Clone, Debug)]
 pub struct FluidModel<S: Space> {
+    /// The parts of the fluid, of which this model may be one.
+    pub team: Team,
     /// Box and periodic directions.
     pub domain: Domain<S>,
     /// Constants of the fluid.

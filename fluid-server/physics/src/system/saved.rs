@@ -119,6 +119,8 @@ impl<S: Space> FluidState<S> {
         };
         let [escaped, outflow, list_builds] = saved.u64s("fluid.counts")?;
         Ok(Self {
+            first: 0,
+            others: 0,
             id: id.to_vec(),
             region: region.to_vec(),
             mass: positive("fluid.mass")?,

@@ -1,5 +1,8 @@
 //! The state of the fluid: everything that a checkpoint must hold.
 
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
 use sph::coupling::ledger::EnergyTally;
 use sph::laws::equation_of_state::Tait;
 use sph::space::Space;
@@ -12,8 +15,13 @@ use super::tasks::TASK;
 /// The fluid at a step boundary; everything else follows from it and the model.
 ///
 /// The order of the particles is part of the state: it decides the order of every sum.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "", deserialize = ""))]
 pub struct FluidState<S: Space> {
+    /// Number of the first particle among those of all parts of the fluid; 0 where there is one part.
+    pub first: usize,
+    /// Number of particles of other parts.
+    pub others: usize,
     /// Identity of each particle.
     pub id: Vec<u32>,
     /// Region of each particle.
@@ -57,7 +65,8 @@ pub struct FluidState<S: Space> {
 }
 
 /// The input that determines content and order of the neighbour lists.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "", deserialize = ""))]
 pub struct ListOrigin<S: Space> {
     /// Time to which moving walls belong \[s\].
     pub time: f64,
@@ -66,7 +75,8 @@ pub struct ListOrigin<S: Space> {
 }
 
 /// The state at the start of a step, from which both stages of Eq. (30)-(31) advance; empty with leapfrog.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(bound(serialize = "", deserialize = ""))]
 pub struct StepStart<S: Space> {
     /// Position \[m\].
     pub position: Vec<S::Vector>,
@@ -175,6 +185,97 @@ impl<S: Space> FluidState<S> {
                 base.position[i] += wrapped - *x;
             }
             *x = wrapped;
+        }
+    }
+
+    /// Number of particles of all parts.
+    pub fn total(&self) -> usize {
+        self.len() + self.others
+    }
+
+    /// The particles `range` as the state of the part that owns them.
+    pub fn part(&self, range: Range<usize>) -> Self {
+        let indices: Vec<u32> = (0u32..).take(range.end).skip(range.start).collect();
+        let (copies, _) = self.some(&StepStart::default(), &indices);
+        let origin = |origin: &ListOrigin<S>| ListOrigin {
+            position: origin.position[range.clone()].to_vec(),
+            ..*origin
+        };
+        Self {
+            first: range.start,
+            others: self.len() - range.len(),
+            list_origin: self.list_origin.as_ref().map(origin),
+            list_skin: self.list_skin,
+            removed_momentum: self.removed_momentum,
+            removed_angular_momentum: self.removed_angular_momentum,
+            largest_acceleration: self.largest_acceleration,
+            density_age: self.density_age,
+            energy: self.energy.clone(),
+            escaped: self.escaped,
+            outflow: self.outflow,
+            list_builds: self.list_builds,
+            ..copies
+        }
+    }
+
+    /// Appends the state of the part that owns the particles which follow.
+    pub fn extend(&mut self, mut following: Self) {
+        if let (Some(origin), Some(more)) = (&mut self.list_origin, &mut following.list_origin) {
+            origin.position.append(&mut more.position);
+        }
+        self.append(&mut StepStart::default(), following, StepStart::default());
+    }
+
+    /// Copies of the particles with these `indices`, and of their start of the step where `base` is in use.
+    pub fn some(&self, base: &StepStart<S>, indices: &[u32]) -> (Self, StepStart<S>) {
+        fn some<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
+            if values.is_empty() { Vec::new() } else { indices.iter().map(|i| values[*i as usize]).collect() }
+        }
+        let copies = Self {
+            id: some(&self.id, indices),
+            region: some(&self.region, indices),
+            mass: some(&self.mass, indices),
+            position: some(&self.position, indices),
+            velocity: some(&self.velocity, indices),
+            density: some(&self.density, indices),
+            density_rate: some(&self.density_rate, indices),
+            acceleration: some(&self.acceleration, indices),
+            relaxation: some(&self.relaxation, indices),
+            volume_excess: some(&self.volume_excess, indices),
+            ..Self::default()
+        };
+        let base = StepStart {
+            position: some(&base.position, indices),
+            velocity: some(&base.velocity, indices),
+            density: some(&base.density, indices),
+            relaxation: some(&base.relaxation, indices),
+        };
+        (copies, base)
+    }
+
+    /// Appends `others`, with their start of the step.
+    pub fn append(&mut self, base: &mut StepStart<S>, mut others: Self, mut others_base: StepStart<S>) {
+        self.id.append(&mut others.id);
+        self.region.append(&mut others.region);
+        for (values, more) in [
+            (&mut self.mass, &mut others.mass),
+            (&mut self.density, &mut others.density),
+            (&mut self.density_rate, &mut others.density_rate),
+            (&mut self.relaxation, &mut others.relaxation),
+            (&mut self.volume_excess, &mut others.volume_excess),
+            (&mut base.density, &mut others_base.density),
+            (&mut base.relaxation, &mut others_base.relaxation),
+        ] {
+            values.append(more);
+        }
+        for (values, more) in [
+            (&mut self.position, &mut others.position),
+            (&mut self.velocity, &mut others.velocity),
+            (&mut self.acceleration, &mut others.acceleration),
+            (&mut base.position, &mut others_base.position),
+            (&mut base.velocity, &mut others_base.velocity),
+        ] {
+            values.append(more);
         }
     }
 

@@ -10,6 +10,7 @@ mod energy;
 mod invariance;
 mod lists;
 mod no_slip;
+mod parts;
 mod relaxation;
 mod reports;
 mod scheme;

@@ -26,7 +26,7 @@ fn random_patch(seed: u64) -> FluidSetup<Spatial> {
 
 /// Adds slip walls of three layers around the box from `lower` on, of `counts` cells, on the sides below and above along
 /// each axis that `closed` names.
-fn add_container<S: Space>(
+pub(super) fn add_container<S: Space>(
     setup: &mut FluidSetup<S>,
     lower: S::Vector,
     counts: S::Of<usize>,

@@ -5,8 +5,9 @@ use sph::coupling::stage::{Stage, StageTime};
 use sph::space::Space;
 use sph::space::tensors::SpaceVector;
 
+use super::checks::ScanFindings;
 use super::energy_budget;
-use super::momentum_budget::{AngularBudgetSums, MomentumBudget};
+use super::momentum_budget::AngularBudgetSums;
 use super::movement::{MotionSlices, Movement, StageSlices, Step};
 use super::stage::Workspace;
 use super::stage_relaxation::StageRelaxation;
@@ -15,7 +16,7 @@ use crate::rates::particle_rates::{ExternalForces, StagePart};
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::FluidSpace;
 use crate::system::state::FluidState;
-use crate::system::tasks::{for_each_task, per_task};
+use crate::system::tasks::{TASK, for_each_task, per_task};
 
 /// Moves the state by the rates in `workspace`, scans the new one, and returns the momentum budget.
 ///
@@ -43,12 +44,14 @@ pub fn advance<S: FluidSpace>(
 ) -> StageBudget {
     let Workspace {
         base,
+        lists,
         fluid,
         rates,
         continuity,
         interface,
         external,
         budget,
+        findings_by_task,
         findings,
         part,
         current,
@@ -100,9 +103,12 @@ pub fn advance<S: FluidSpace>(
             density: &mut base.density,
             relaxation: &mut base.relaxation,
         },
-        fluid,
+        fluid: {
+            let own = lists.halo().own(fluid.len());
+            &mut fluid[own]
+        },
         budget: per_task(budget, n),
-        findings: per_task(findings, n),
+        findings: per_task(findings_by_task, n),
     };
     let scan = StateScan::new(model, list_origin.as_ref());
     if step.relaxation.is_some() {
@@ -111,8 +117,9 @@ pub fn advance<S: FluidSpace>(
         move_particles::<S, false>(model, &step, &scan, slices);
     }
     *current = true;
-    let (mut total, mut forces) = (MomentumBudget::<S>::default(), ExternalForces::<S>::default());
-    budget.iter().for_each(|budget| total += *budget);
+    *findings = ScanFindings::of_tasks(&model.team, state.first, findings_by_task);
+    let first_task = state.first / TASK;
+    let total = model.team.sum(first_task, budget);
     *energies = (time.at.stage == Stage::Corrector).then_some(total.energies);
     let interface = interface.as_ref().map(|interface| interface.sums()).unwrap_or_default();
     if *part == StagePart::Density {
@@ -120,7 +127,7 @@ pub fn advance<S: FluidSpace>(
         *predicted = total.compression;
         return StageBudget { interface, ..StageBudget::default() };
     }
-    external.iter().for_each(|external| forces += *external);
+    let forces: ExternalForces<S> = model.team.sum(first_task, external);
     state.largest_acceleration = total.largest_acceleration;
     if *part == StagePart::Momentum {
         state.density_age = step.half;

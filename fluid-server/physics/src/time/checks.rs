@@ -1,5 +1,6 @@
 //! Limits that a valid state keeps; a run that breaks one stops and reports where.
 
+use serde::{Deserialize, Serialize};
 use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StepStage;
 use sph::lanes::{LanePass, Lanes, WIDTH};
@@ -12,6 +13,7 @@ use sph::space::tensors::SpaceVector;
 use crate::system::lane_arrays::{abs, largest, numbers, vectors};
 use crate::system::model::FluidModel;
 use crate::system::state::FluidState;
+use crate::team::Team;
 
 /// All bits of [`Lanes::below`].
 const ALL_LANES: u8 = (1 << WIDTH) - 1;
@@ -49,9 +51,9 @@ impl<S: Space> StateLimits<S> {
 }
 
 /// Findings of a scan over particles.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct ScanFindings {
-    /// First particle that breaks a limit.
+    /// First particle that breaks a limit, by its index in the scan or its number among those of all parts.
     first_bad: usize,
     largest_square_speed: f64,
     /// Square of the largest displacement since the lists were built \[m²\]; infinite where there are none.
@@ -158,8 +160,15 @@ fn beyond<S: Space, L: Lanes>(domain: &Domain<S>, axis: usize, x: L) -> bool {
 }
 
 impl ScanFindings {
+    /// The findings in all parts, of which this one, whose first particle has the number `first`, has those of its tasks.
+    pub fn of_tasks(team: &Team, first: usize, tasks: &[Self]) -> Self {
+        let mut own = tasks.iter().copied().fold(Self::default(), Self::with);
+        own.first_bad = own.first_bad.saturating_add(first);
+        team.join(own, |all, others| *all = all.with(others))
+    }
+
     /// The findings of both.
-    pub fn with(self, other: Self) -> Self {
+    fn with(self, other: Self) -> Self {
         Self {
             first_bad: self.first_bad.min(other.first_bad),
             largest_square_speed: self.largest_square_speed.max(other.largest_square_speed),
@@ -189,7 +198,10 @@ impl ScanFindings {
         if self.first_bad == usize::MAX {
             Ok(self.largest_square_speed.sqrt())
         } else {
-            Err(Box::new(diagnosis(model, state, at, self.first_bad)))
+            let own = self.first_bad.checked_sub(state.first).filter(|i| *i < state.len());
+            let found = own.map(|i| diagnosis(model, state, at, i));
+            let found = model.team.join(found, |one, other| *one = one.take().or(other));
+            Err(Box::new(found.unwrap_or_else(|| unreachable!("one part has the particle"))))
         }
     }
 }
@@ -203,7 +215,8 @@ pub fn check_state<S: Space>(
     state: &FluidState<S>,
     at: StepStage,
 ) -> Result<f64, Box<Divergence>> {
-    model.arithmetic.run(CheckPass { limits: StateLimits::of(model), state }).verdict(model, state, at)
+    let findings = model.arithmetic.run(CheckPass { limits: StateLimits::of(model), state });
+    ScanFindings::of_tasks(&model.team, state.first, &[findings]).verdict(model, state, at)
 }
 
 /// The scan of every particle, without displacements.

@@ -2,10 +2,11 @@
 
 use std::ops::AddAssign;
 
+use serde::{Deserialize, Serialize};
 use sph::lanes::Lanes;
 
 /// Changes of the energy of compression \[J/m\], summed over particles, and what the acoustic relaxation loses.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct CompressionBudget {
     /// By continuity, Eq. (17).
     pub continuity: f64,

@@ -2,6 +2,7 @@
 
 use std::ops::AddAssign;
 
+use serde::{Deserialize, Serialize};
 use sph::coupling::ledger::Energies;
 use sph::lanes::Lanes;
 use sph::space::Space;
@@ -10,7 +11,8 @@ use super::compression_budget::CompressionBudget;
 use crate::system::lane_arrays::largest;
 
 /// Forces of a stage and the change of momentum by them, summed over particles.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[serde(bound(serialize = "", deserialize = ""))]
 pub struct MomentumBudget<S: Space> {
     /// Force of the damping \[N/m\].
     pub damping: S::Vector,
@@ -44,7 +46,8 @@ impl<S: Space> AddAssign for MomentumBudget<S> {
 }
 
 /// Change of angular momentum in a stage, and its causes other than the rates, summed over particles.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[serde(bound(serialize = "", deserialize = ""))]
 pub struct AngularBudgetSums<S: Space> {
     /// Σ m [(x − x₀) × v − (xⁿ − x₀) × vⁿ] \[kg m/s\].
     pub change: S::Spin,

@@ -16,6 +16,7 @@ use crate::boundary::wall_states::WallStates;
 use crate::interface::fluid_interface::FluidInterface;
 use crate::neighbours::lists::{Lists, Moves};
 use crate::neighbours::scene::Scene;
+use crate::parts::halo::put as put_in;
 use crate::rates::energy::EnergyInput;
 use crate::rates::gradients::{Gradients, Partner};
 use crate::rates::particle_rates::{ExternalForces, Rates, StagePart};
@@ -23,7 +24,7 @@ use crate::rates::stage_fields::StageFields;
 use crate::rates::volume_reading::{self, VolumeReading};
 use crate::system::lane_arrays::{numbers, put, vectors};
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::FluidSpace;
+use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::state::{FluidState, StepStart};
 use crate::system::tasks::{for_each_task, per_task};
 
@@ -61,7 +62,9 @@ pub struct Workspace<S: FluidSpace> {
     /// What the predictor of leapfrog did to the compression of the fluid.
     pub predicted: CompressionBudget,
     /// Findings of the last scan of the particles, by task.
-    pub findings: Vec<ScanFindings>,
+    pub findings_by_task: Vec<ScanFindings>,
+    /// The same of the particles of all parts.
+    pub findings: ScanFindings,
     /// Energies of the state that ended the last step \[J/m\], unless it has changed since.
     pub energies: Option<Energies>,
     /// Largest speed of the stage state \[m/s\].
@@ -100,26 +103,28 @@ impl<S: FluidSpace> Workspace<S> {
         time: &StageTime,
     ) -> Result<(), Box<Divergence>> {
         self.part = StagePart::of(model, time.at.stage);
-        let last = self.findings().largest_square_move.sqrt();
+        let last = self.findings.largest_square_move.sqrt();
+        self.lists.restore(model, state);
         if !std::mem::take(&mut self.current) {
             self.pack(model, state, time.time_step);
         }
-        let findings = self.findings();
-        self.largest_speed = findings.verdict(model, state, time.at)?;
+        self.largest_speed = self.findings.verdict(model, state, time.at)?;
         self.walls.field.place(&model.walls, &model.domain, time.state_time());
-        self.lists.restore(model, state);
+        self.exchange_copies(model);
         self.computes_gradients = self.part != StagePart::Momentum;
         // The corrector of leapfrog uses gradients in the order of the lists of the predictor.
         let ahead = if self.part == StagePart::Density { 0.5 * time.time_step } else { 0.0 };
         let moves = Moves { last, ahead, speed: self.largest_speed };
-        if self.lists.outdated(model, state, findings.largest_displacement(), moves, &self.walls.field) {
+        let displacement = self.findings.largest_displacement();
+        if self.lists.outdated(model, state, &self.fluid, displacement, moves, &self.walls.field) {
             // The particles change their order.
             self.computes_gradients = true;
             self.lists.rebuild(model, state, &mut self.base, time, moves);
             if let Some(interface) = &mut self.interface {
-                interface.update_extent(state);
+                interface.update_extent(&model.team, state);
             }
             self.pack(model, state, time.time_step);
+            self.exchange_copies(model);
         }
         Ok(())
     }
@@ -129,23 +134,41 @@ impl<S: FluidSpace> Workspace<S> {
     /// The corrector of leapfrog extrapolates velocities to the middle of the step, vⁿ + Δt/2 aⁿ⁻¹ᐟ².
     fn pack(&mut self, model: &FluidModel<S>, state: &FluidState<S>, time_step: f64) {
         let ahead = (self.part == StagePart::Momentum).then_some(0.5 * time_step);
-        self.fluid.resize(state.len(), S::Particle::default());
+        let Self { fluid, lists, findings_by_task, .. } = self;
+        fluid.resize(lists.halo().places(state.len()), S::Particle::default());
         let scan = &StateScan::new(model, state.list_origin.as_ref());
-        let results = (&mut self.fluid[..], per_task(&mut self.findings, state.len()));
+        let own = lists.halo().own(fluid.len());
+        let results = (&mut fluid[own], per_task(findings_by_task, state.len()));
         for_each_task(state.len(), results, &|particles, (packed, PerTask(findings))| {
             findings[0] =
                 model.arithmetic.run(PackPass { scan, state, ahead, first: particles.start, packed });
+        });
+        self.findings = ScanFindings::of_tasks(&model.team, state.first, &self.findings_by_task);
+    }
+
+    /// Renews the copies of particles of other parts.
+    fn exchange_copies(&mut self, model: &FluidModel<S>) {
+        let Self { fluid, lists, .. } = self;
+        let (team, halo) = (&model.team, lists.halo());
+        let first = halo.before();
+        halo.send(team, |k, message| {
+            let particle = &fluid[first + k];
+            put_in(message, particle.position());
+            put_in(message, particle.velocity());
+            put_in(message, [particle.density(), particle.pressure(), particle.volume()]);
+        });
+        halo.receive(team, |place, message| {
+            let (x, v) = (message.take(), message.take());
+            let [density, pressure, volume] = message.take();
+            fluid[place] = S::Particle::new(&x, &v, density, pressure, volume);
         });
     }
 
     /// To be called where the state changes other than by a stage: drops what belongs to the old one.
     pub fn forget_state(&mut self) {
         (self.current, self.energies) = (false, None);
-    }
-
-    /// Findings of the last scan of all particles.
-    pub fn findings(&self) -> ScanFindings {
-        self.findings.iter().copied().fold(ScanFindings::default(), ScanFindings::with)
+        self.base = StepStart::default();
+        self.lists.forget_particles();
     }
 
     /// Walls, and the gradient pass over own particles where this stage computes it, at `time` \[s\].
@@ -165,7 +188,7 @@ impl<S: FluidSpace> Workspace<S> {
             let partner = if interface.is_some() { Partner::Present } else { Partner::Absent };
             gradients.accumulate(&scene, partner, rates);
         } else {
-            gradients.make_tensors(model, fluid);
+            gradients.make_tensors(model, scene.own(), fluid);
         }
     }
 
@@ -224,9 +247,10 @@ impl<S: FluidSpace> Workspace<S> {
             }
         }
         if *computes_gradients && part == StagePart::Momentum {
-            gradients.make_tensors(model, fluid);
+            gradients.make_tensors(model, scene.own(), fluid);
         }
         if part != StagePart::Density {
+            gradients.exchange_copies(&scene);
             gradients.find_near_surface(&scene);
             if reads_volume {
                 let (interface, at_surface) = (interface.as_ref(), |i| gradients.is_at_surface(i));
@@ -249,9 +273,9 @@ impl<S: FluidSpace> Workspace<S> {
         StageFields { scene, state, field: &walls.field, gradients, time, part, energy }
             .rates(rates, continuity, external);
         if let Some(interface) = interface {
-            interface.add_rates(model, state, part, gradients, (rates, continuity));
+            interface.add_rates(&scene, state, part, gradients, (rates, continuity));
             if moves {
-                *interface_powers = interface.powers(start_velocity, half, rates);
+                *interface_powers = interface.powers(&model.team, start_velocity, half, rates);
             }
         }
     }
@@ -269,27 +293,30 @@ impl<S: FluidSpace> Workspace<S> {
         state: &FluidState<S>,
         time: f64,
     ) -> Result<bool, Box<Divergence>> {
-        let last = self.findings().largest_square_move.sqrt();
+        let last = self.findings.largest_square_move.sqrt();
         self.part = StagePart::of(model, Stage::Predictor);
-        self.pack(model, state, 0.0);
-        let findings = self.findings();
-        // The number of the step appears in a divergence only.
-        let speed = findings.verdict(model, state, StepStage::FIRST)?;
-        self.walls.field.place(&model.walls, &model.domain, time);
         self.lists.restore(model, state);
+        self.pack(model, state, 0.0);
+        // The number of the step appears in a divergence only.
+        let speed = self.findings.verdict(model, state, StepStage::FIRST)?;
+        self.walls.field.place(&model.walls, &model.domain, time);
+        self.exchange_copies(model);
         let moves = Moves { last, ahead: 0.0, speed };
-        if self.lists.outdated(model, state, findings.largest_displacement(), moves, &self.walls.field) {
+        let displacement = self.findings.largest_displacement();
+        if self.lists.outdated(model, state, &self.fluid, displacement, moves, &self.walls.field) {
             return Ok(false);
         }
         self.computes_gradients = true;
         self.evaluate_own(model, time);
-        self.gradients.make_tensors(model, &self.fluid);
+        let own = self.lists.halo().own(self.fluid.len());
+        self.gradients.make_tensors(model, own, &self.fluid);
         Ok(true)
     }
 
     /// Gives back the memory of lists and gradients, which the next stage makes again.
     pub fn release(&mut self) {
-        (self.lists, self.gradients) = (Lists::default(), Gradients::default());
+        self.lists.release();
+        self.gradients = Gradients::default();
     }
 }
 

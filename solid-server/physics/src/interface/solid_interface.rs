@@ -95,7 +95,7 @@ impl<S: SolidSpace> SolidInterface<S> {
             f64::INFINITY
         };
         if moved > self.slack {
-            self.tracker.update(positions, self.slack);
+            self.tracker.update(&self.tracker.occupied(positions), self.slack);
             self.tracked_at.clear();
             self.tracked_at.extend_from_slice(positions);
         }

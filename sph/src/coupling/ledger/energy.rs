@@ -149,7 +149,7 @@ impl EnergyAccount {
 }
 
 /// A number for each account \[J\].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyValues([f64; EnergyAccount::COUNT]);
 
 impl EnergyValues {
@@ -181,7 +181,7 @@ impl AddAssign for EnergyValues {
 }
 
 /// What a solver keeps of its energy in its state.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyTally {
     /// Stores at the start of the run \[J\].
     pub start: EnergyValues,

@@ -189,6 +189,23 @@ impl Components for Vector2<f64> {
     }
 }
 
+/// By rows.
+impl Components for Matrix2<f64> {
+    const COUNT: usize = 4;
+
+    type Row = [f64; 4];
+
+    #[inline]
+    fn row(self) -> [f64; 4] {
+        [self.m11, self.m12, self.m21, self.m22]
+    }
+
+    #[inline]
+    fn from_row([xx, xy, yx, yy]: [f64; 4]) -> Self {
+        Self::new(xx, xy, yx, yy)
+    }
+}
+
 impl Components for SymmetricTensor {
     const COUNT: usize = 3;
 

@@ -212,6 +212,25 @@ impl Components for Vector3<f64> {
     }
 }
 
+/// By rows.
+impl Components for Matrix3<f64> {
+    const COUNT: usize = 9;
+
+    type Row = [f64; 9];
+
+    #[inline]
+    fn row(self) -> [f64; 9] {
+        // Stored by columns.
+        let [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]] = self.into();
+        [xx, xy, xz, yx, yy, yz, zx, zy, zz]
+    }
+
+    #[inline]
+    fn from_row(row: [f64; 9]) -> Self {
+        Self::from_row_slice(&row)
+    }
+}
+
 /// Scalar part first: w, x, y, z.
 impl Components for UnitQuaternion<f64> {
     const COUNT: usize = 4;

@@ -2,35 +2,48 @@
 
 use std::ffi::OsString;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use proto::description::{Constants, Description, Fact};
 use proto::service::{Opened, SetupProblems, SolverFactory};
-use sph::coupling::solver::Role;
+use sph::coupling::solver::{Role, Solver};
 use sph::in_space;
 use sph::lanes::Arithmetic;
-use sph::setup::{Coupling, ParameterSet, ParticipantSetup};
+use sph::setup::{AnyFluidSetup, Coupling, ParameterSet, ParticipantSetup};
 use sph::space::AnySpace;
 
 /// Makes fluid solvers for the service.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct FluidFactory {
     parts: Parts,
 }
 
+/// Makes the solver of a set-up, or says all that is wrong with it.
+type Maker = dyn Fn(AnyFluidSetup) -> Result<Box<dyn Solver>, Vec<String>> + Send + Sync;
+
 /// The parts in which a fluid is computed.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 enum Parts {
     /// One.
     #[default]
     One,
     /// So many threads of this process.
     Threads(usize),
+    /// Those of another program that serves fluids.
+    Others(Arc<Maker>),
 }
 
 impl FluidFactory {
     /// Makes solvers in `parts` threads, each with its own particles; see [`fluid::in_threads`].
     pub fn in_threads(parts: usize) -> Self {
         Self { parts: if parts > 1 { Parts::Threads(parts) } else { Parts::One } }
+    }
+
+    /// Serves the solvers that `make` makes, such as those in several processes.
+    pub fn made_by(
+        make: impl Fn(AnyFluidSetup) -> Result<Box<dyn Solver>, Vec<String>> + Send + Sync + 'static,
+    ) -> Self {
+        Self { parts: Parts::Others(Arc::new(make)) }
     }
 }
 
@@ -68,6 +81,7 @@ impl SolverFactory for FluidFactory {
             (Parts::One, AnySpace::Plane(setup)) => fluid::plane_solver(setup),
             (Parts::One, AnySpace::Spatial(setup)) => fluid::spatial_solver(setup),
             (Parts::Threads(parts), setup) => fluid::in_threads(setup, *parts),
+            (Parts::Others(make), setup) => make(setup),
         };
         let solver = solver.map_err(SetupProblems)?;
         Ok(Opened { solver, constants, facts, bodies: Vec::new() })

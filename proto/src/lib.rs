@@ -32,7 +32,7 @@ pub mod testing;
 pub mod trace;
 pub mod transport;
 
-pub use convert::{Beat, Phase};
+pub use convert::{Beat, Phase, decoded_setup, encoded_setup};
 pub use error::{RpcCode, RpcError};
 
 /// Generated messages and services; `cargo run -p proto-generator` writes them again.

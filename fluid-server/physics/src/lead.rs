@@ -16,8 +16,8 @@ use sph::setup::AnyFluidSetup;
 use crate::solver::FluidSolver;
 use crate::system::packed_particle::FluidSpace;
 use crate::system::state::FluidState;
-use crate::team::Team;
 use crate::team::threads::ThreadTransport;
+use crate::team::{Team, Turn};
 
 /// A call of the solver in which all parts take part, with what the others need.
 #[derive(Debug, Serialize, Deserialize)]
@@ -52,6 +52,7 @@ struct Leader<S: FluidSpace> {
     solver: FluidSolver<S>,
     /// The other parts, where they are threads of this process.
     threads: Vec<JoinHandle<()>>,
+    _turn: Turn,
 }
 
 /// A solver at the start of the run that `setup` describes, in `parts` threads.
@@ -70,15 +71,15 @@ pub fn in_threads(setup: AnyFluidSetup, parts: usize) -> Result<Box<dyn Solver>,
     });
     let threads = spawned.collect();
     let team = first.map_or_else(Team::default, |end| Team::new(Box::new(end)));
-    lead(setup, &team, threads)
+    lead(setup, &team, team.turn(), threads)
 }
 
-/// The same in the parts that `team` joins, of which this is the first; each of the others calls [`other_part`].
+/// The same in the parts that `team` joins, of which this is the first, in its `turn`; each of the others calls [`other_part`].
 ///
 /// # Errors
 /// Everything in the set-up that can not be run; then the others return.
-pub fn first_part(setup: AnyFluidSetup, team: &Team) -> Result<Box<dyn Solver>, Vec<String>> {
-    lead(setup, team, Vec::new())
+pub fn first_part(setup: AnyFluidSetup, team: &Team, turn: Turn) -> Result<Box<dyn Solver>, Vec<String>> {
+    lead(setup, team, turn, Vec::new())
 }
 
 /// Computes the part of this member of `team`, which is not the first, until the solver of [`first_part`] is dropped.
@@ -90,11 +91,12 @@ pub fn other_part(setup: AnyFluidSetup, team: &Team) {
 fn lead(
     setup: AnyFluidSetup,
     team: &Team,
+    turn: Turn,
     threads: Vec<JoinHandle<()>>,
 ) -> Result<Box<dyn Solver>, Vec<String>> {
     Ok(in_space!(setup, setup => {
         let solver = FluidSolver::part(setup, Arithmetic::chosen(), team.clone())?;
-        Box::new(Leader { solver, threads })
+        Box::new(Leader { solver, threads, _turn: turn })
     }))
 }
 

@@ -44,6 +44,7 @@ pub(crate) use frame_reader::{FrameReader, ReceivedFrame};
 pub(crate) use link::{extent_from_wire, extent_to_wire, link_from_wire, link_to_wire};
 pub use saved::{decode_state, encode_state};
 pub(crate) use setup::{decode_setup, encode_setup};
+pub use setup::{decoded_setup, encoded_setup};
 pub(crate) use snapshot::{SnapshotAssembler, snapshot_chunks};
 
 use std::fmt;

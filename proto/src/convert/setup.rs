@@ -1,5 +1,6 @@
 //! The set-up of a participant, of the plane or of space: `RunSetup.dimensions` decides.
 
+use prost::Message;
 use sph::setup::ParticipantSetup;
 use sph::space::AnySpace;
 
@@ -57,6 +58,22 @@ pub(crate) fn decode_setup(setup: &Setup) -> Result<ParticipantSetup, WireError>
         Setup::Fluid(fluid) => ParticipantSetup::Fluid(Convert::from_wire(fluid, &root.field("fluid"))?),
         Setup::Solid(solid) => ParticipantSetup::Solid(Convert::from_wire(solid, &root.field("solid"))?),
     })
+}
+
+/// `setup` as bytes, to be decoded by another process of the same solver.
+pub fn encoded_setup(setup: &ParticipantSetup) -> Vec<u8> {
+    let setup = Some(encode_setup(setup));
+    wire::OpenRequest { setup, ..wire::OpenRequest::default() }.encode_to_vec()
+}
+
+/// The set-up of which `bytes` are those of [`encoded_setup`].
+///
+/// # Errors
+/// When they are not.
+pub fn decoded_setup(bytes: &[u8]) -> Result<ParticipantSetup, String> {
+    let request = wire::OpenRequest::decode(bytes).map_err(|error| error.to_string())?;
+    let setup = request.setup.ok_or("`open.setup`: is missing")?;
+    decode_setup(&setup).map_err(|error| error.to_string())
 }
 
 /// The message of `setup` in an `Open`.

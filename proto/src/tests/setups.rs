@@ -257,7 +257,9 @@ fn set_ups_travel_bit_for_bit() {
     set_ups_travel::<Plane>();
     set_ups_travel::<Spatial>();
     for role in [Role::Fluid, Role::Solid] {
-        match fake::alone(role, "alone", 1) {
+        let setup = fake::alone(role, "alone", 1);
+        assert_same("as bytes", &crate::decoded_setup(&crate::encoded_setup(&setup)).unwrap(), &setup);
+        match setup {
             ParticipantSetup::Fluid(setup) => assert_eq!(carried(&setup), setup),
             ParticipantSetup::Solid(setup) => assert_eq!(carried(&setup), setup),
         }

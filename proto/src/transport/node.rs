@@ -25,7 +25,7 @@ const EXIT_ADDRESS: u8 = 3;
 const EXIT_FAILED: u8 = 1;
 
 /// Options of a server program.
-#[derive(Debug, Parser)]
+#[derive(Clone, Debug, Parser)]
 #[command(
     version,
     about = "A solver that takes part in coupled runs.",
@@ -70,6 +70,22 @@ pub struct NodeArgs {
 
 impl NodeArgs {
     /// The arguments of a program that is the solver of `description`; the first is its name.
+    ///
+    /// # Errors
+    /// The exit code of a program that has printed its help, its version or what is wrong with the arguments.
+    pub fn of_program(
+        description: &Description,
+        args: impl IntoIterator<Item = OsString>,
+    ) -> Result<Self, ExitCode> {
+        // Without it only the message is lost.
+        drop(crate::file_size::fail_beyond_largest_file());
+        Self::parse_for(description, args).map_err(|error| {
+            // Help and version are no errors; nothing is left to print to when even stderr is gone.
+            drop(error.print());
+            if error.use_stderr() { ExitCode::from(EXIT_USAGE) } else { ExitCode::SUCCESS }
+        })
+    }
+
     fn parse_for(
         description: &Description,
         args: impl IntoIterator<Item = OsString>,
@@ -152,17 +168,10 @@ impl NodeArgs {
 
 /// Runs a server program: parses `args` (the first is the program's name), serves until it is stopped.
 pub fn main_with(args: impl IntoIterator<Item = OsString>, factory: impl SolverFactory) -> ExitCode {
-    // Without it only the message is lost.
-    drop(crate::file_size::fail_beyond_largest_file());
-    let args = match NodeArgs::parse_for(&factory.describe(), args) {
-        Ok(args) => args,
-        Err(error) => {
-            // Help and version are no errors; nothing is left to tell when even stderr is gone.
-            drop(error.print());
-            return if error.use_stderr() { ExitCode::from(EXIT_USAGE) } else { ExitCode::SUCCESS };
-        }
-    };
-    args.serve(factory)
+    match NodeArgs::of_program(&factory.describe(), args) {
+        Ok(args) => args.serve(factory),
+        Err(code) => code,
+    }
 }
 
 /// What RUST_LOG asks for: a level, or levels by target.

@@ -9,7 +9,7 @@ pub mod threads;
 pub mod transport;
 
 use std::ops::AddAssign;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -32,13 +32,51 @@ struct Others {
     size: usize,
     /// Only the thread of the solver uses it: the lock is always free.
     transport: Mutex<Box<dyn Transport>>,
+    /// Whether a solver has the turn.
+    taken: Mutex<bool>,
+    free: Condvar,
+}
+
+/// The right of a solver to make the others work, until it is dropped: they work for one at a time.
+#[derive(Debug)]
+pub struct Turn(Option<Arc<Others>>);
+
+impl Drop for Turn {
+    fn drop(&mut self) {
+        if let Some(others) = &self.0 {
+            *others.taken.lock().unwrap_or_else(PoisonError::into_inner) = false;
+            others.free.notify_one();
+        }
+    }
 }
 
 impl Team {
     /// The team of the parts that `transport` joins.
     pub fn new(transport: Box<dyn Transport>) -> Self {
         let (rank, size) = (transport.rank(), transport.size());
-        Self { others: (size > 1).then(|| Arc::new(Others { rank, size, transport: Mutex::new(transport) })) }
+        Self {
+            others: (size > 1).then(|| {
+                Arc::new(Others {
+                    rank,
+                    size,
+                    transport: Mutex::new(transport),
+                    taken: Mutex::new(false),
+                    free: Condvar::new(),
+                })
+            }),
+        }
+    }
+
+    /// Waits until no other solver has the turn, and takes it.
+    pub fn turn(&self) -> Turn {
+        if let Some(others) = &self.others {
+            let mut taken = others.taken.lock().unwrap_or_else(PoisonError::into_inner);
+            while *taken {
+                taken = others.free.wait(taken).unwrap_or_else(PoisonError::into_inner);
+            }
+            *taken = true;
+        }
+        Turn(self.others.clone())
     }
 
     /// Whether there is one part only.

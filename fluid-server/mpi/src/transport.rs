@@ -1,0 +1,302 @@
+//! Messages by MPI, which a thread of its own calls.
+//!
+//! The thread works in rounds. In each it lends all messages that wait to MPI, in a scope of rsmpi which it leaves when they
+//! are sent: the buffers outlive the requests. Meanwhile, and whenever there is nothing to send, it takes in what arrives.
+//! Every part always takes in, so that every round ends whatever the program does.
+//!
+//! A thread for MPI needs no more than that the library be called by one thread, and messages travel while the program
+//! computes.
+
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel, sync_channel};
+use std::thread::JoinHandle;
+
+use fluid::{Lost, Transport};
+use mpi::Threading;
+use mpi::request::StaticScope;
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::*;
+
+use super::launch;
+use super::pause::{Patience, Pause};
+use super::pieces::{Arrival, Assembly, BYE, NOTHING, PIECE, index, pieces, rank};
+
+/// Why MPI could not be started.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// It can be started once in a process.
+    #[error("MPI was started already in this process")]
+    Again,
+    /// The library allows no threads.
+    #[error("the MPI library allows threads at level {given:?} only; {needed:?} is needed")]
+    Threads {
+        /// What is needed.
+        needed: Threading,
+        /// What the library gives.
+        given: Threading,
+    },
+    /// The processes did not find each other.
+    #[error(
+        "{launched} processes were started, but MPI finds {found}; start them by the launcher of the MPI library that \
+         this program was built with"
+    )]
+    Size {
+        /// Number of processes by the launcher.
+        launched: usize,
+        /// Number of processes that MPI knows of.
+        found: usize,
+    },
+    /// No thread could be made for it.
+    #[error("cannot start the thread for MPI: {0}")]
+    Thread(std::io::Error),
+    /// The thread that starts MPI ended too early.
+    #[error("the thread for MPI ended while it started")]
+    Ended,
+}
+
+/// A message and the part to which it goes.
+type Order = (usize, Vec<u8>);
+
+/// What the thread reports when MPI has started.
+struct Started {
+    rank: usize,
+    inboxes: Vec<Receiver<Vec<u8>>>,
+}
+
+/// Messages between the processes of an MPI program.
+///
+/// When it is dropped it takes leave of the other parts, and waits until all of them have done so.
+pub struct MpiTransport {
+    rank: usize,
+    inboxes: Vec<Receiver<Vec<u8>>>,
+    /// `None` once it is dropped.
+    orders: Option<Sender<Order>>,
+    /// Whether `receive` waits; the thread then polls eagerly.
+    waited_for: Arc<AtomicBool>,
+    /// `None` once it is dropped.
+    thread: Option<JoinHandle<()>>,
+}
+
+impl fmt::Debug for MpiTransport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("MpiTransport")
+            .field("rank", &self.rank)
+            .field("size", &self.inboxes.len())
+            .finish_non_exhaustive()
+    }
+}
+
+impl MpiTransport {
+    /// Starts MPI.
+    ///
+    /// # Errors
+    /// When it can not be started, or does not find the processes that were started with this one.
+    pub fn start(patience: Patience) -> Result<Self, StartError> {
+        let (orders, taken) = channel();
+        let (started, ready) = sync_channel(1);
+        let waited_for = Arc::new(AtomicBool::new(false));
+        let watched = Arc::clone(&waited_for);
+        let thread = std::thread::Builder::new()
+            .name("mpi".to_owned())
+            .spawn(move || {
+                let pause = Pause::new(patience);
+                run(pause, &watched, &taken, |result| {
+                    drop(started.send(result));
+                });
+            })
+            .map_err(StartError::Thread)?;
+        let Started { rank, inboxes } = ready.recv().map_err(|_| StartError::Ended)??;
+        Ok(Self { rank, inboxes, orders: Some(orders), waited_for, thread: Some(thread) })
+    }
+
+    fn wake(&self) {
+        if let Some(thread) = &self.thread {
+            thread.thread().unpark();
+        }
+    }
+}
+
+impl Transport for MpiTransport {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+
+    fn size(&self) -> usize {
+        self.inboxes.len()
+    }
+
+    fn send(&mut self, to: usize, message: Vec<u8>) -> Result<(), Lost> {
+        if to >= self.size() {
+            return Err(Lost { rank: to });
+        }
+        let orders = self.orders.as_ref().ok_or(Lost { rank: to })?;
+        orders.send((to, message)).map_err(|_| Lost { rank: to })?;
+        self.wake();
+        Ok(())
+    }
+
+    fn receive(&mut self, from: usize) -> Result<Vec<u8>, Lost> {
+        let lost = Lost { rank: from };
+        let inbox = self.inboxes.get(from).ok_or(lost)?;
+        match inbox.try_recv() {
+            Ok(message) => return Ok(message),
+            Err(TryRecvError::Disconnected) => return Err(lost),
+            Err(TryRecvError::Empty) => {}
+        }
+        self.waited_for.store(true, Ordering::Relaxed);
+        self.wake();
+        let message = inbox.recv();
+        self.waited_for.store(false, Ordering::Relaxed);
+        message.map_err(|_| lost)
+    }
+}
+
+impl Drop for MpiTransport {
+    fn drop(&mut self) {
+        self.orders = None;
+        self.wake();
+        if let Some(thread) = self.thread.take() {
+            // It panics only if MPI misbehaves, and has said so then.
+            drop(thread.join());
+        }
+    }
+}
+
+/// The whole life of the thread, from the start of MPI to its end.
+fn run(
+    pause: Pause,
+    waited_for: &AtomicBool,
+    orders: &Receiver<Order>,
+    report: impl FnOnce(Result<Started, StartError>),
+) {
+    let needed = Threading::Funneled;
+    let Some((universe, given)) = mpi::initialize_with_threading(needed) else {
+        report(Err(StartError::Again));
+        return;
+    };
+    if given < needed {
+        report(Err(StartError::Threads { needed, given }));
+        return;
+    }
+    let world = universe.world();
+    let rank = index(world.rank());
+    let size = index(world.size());
+    if let Some(launched) = launch::launched().and_then(|launched| launched.processes).filter(|n| *n != size)
+    {
+        report(Err(StartError::Size { launched, found: size }));
+        return;
+    }
+    let (outlets, inboxes) = (0..size)
+        .map(|_| {
+            let (outlet, inbox) = channel();
+            (Some(outlet), inbox)
+        })
+        .unzip();
+    let mut post = Post { assembly: Assembly::new(size), world, outlets, pause, waited_for };
+    report(Ok(Started { rank, inboxes }));
+    post.serve(orders);
+    post.close(rank);
+    // `universe` ends MPI here, in the thread that started it.
+}
+
+/// What sends and receives.
+struct Post<'a> {
+    world: SimpleCommunicator,
+    assembly: Assembly,
+    /// Where to put what comes from each part; `None` once it has taken leave.
+    outlets: Vec<Option<Sender<Vec<u8>>>>,
+    pause: Pause,
+    waited_for: &'a AtomicBool,
+}
+
+impl Post<'_> {
+    /// Carries out orders and takes in messages until no more orders can come.
+    fn serve(&mut self, orders: &Receiver<Order>) {
+        loop {
+            let mut batch: Vec<Order> = Vec::new();
+            let closed = loop {
+                match orders.try_recv() {
+                    Ok(order) => batch.push(order),
+                    Err(TryRecvError::Empty) => break false,
+                    Err(TryRecvError::Disconnected) => break true,
+                }
+            };
+            if !batch.is_empty() {
+                self.round(&batch);
+            } else if closed {
+                return;
+            } else {
+                self.take_in_or_pause();
+            }
+        }
+    }
+
+    /// Sends `batch`; takes in meanwhile.
+    fn round(&mut self, batch: &[(usize, Vec<u8>)]) {
+        mpi::request::scope(|scope| {
+            let mut open = Vec::with_capacity(batch.len());
+            for (to, message) in batch {
+                let process = self.world.process_at_rank(rank(*to));
+                for (tag, bytes) in pieces(message, PIECE) {
+                    open.push(process.immediate_send_with_tag(scope, bytes, tag));
+                }
+            }
+            loop {
+                open = open.into_iter().filter_map(|request| request.test().err()).collect();
+                if open.is_empty() {
+                    break;
+                }
+                self.take_in_or_pause();
+            }
+        });
+    }
+
+    /// Takes in one piece of a message, or pauses if none is there.
+    fn take_in_or_pause(&mut self) {
+        if self.take_in() {
+            self.pause.reset();
+        } else {
+            self.pause.wait(self.waited_for.load(Ordering::Relaxed));
+        }
+    }
+
+    /// Takes in one piece of a message, if one is there.
+    fn take_in(&mut self) -> bool {
+        let Some(matched) = self.world.any_process().immediate_matched_probe() else {
+            return false;
+        };
+        match self.assembly.take(matched) {
+            (from, Arrival::Whole(message)) => {
+                if let Some(outlet) = &self.outlets[from] {
+                    // Not wanted any more where the transport is being dropped.
+                    drop(outlet.send(message));
+                }
+            }
+            (_, Arrival::Part) => {}
+            (from, Arrival::Bye) => self.outlets[from] = None,
+        }
+        true
+    }
+
+    /// Takes leave of the other parts and waits until all of them have done so.
+    fn close(&mut self, own: usize) {
+        let size = self.outlets.len();
+        let mut byes: Vec<_> = (0..size)
+            .filter(|to| *to != own)
+            .map(|to| {
+                let process = self.world.process_at_rank(rank(to));
+                process.immediate_send_with_tag(StaticScope, NOTHING, BYE)
+            })
+            .collect();
+        self.outlets[own] = None;
+        loop {
+            byes = byes.into_iter().filter_map(|bye| bye.test().err()).collect();
+            if byes.is_empty() && self.outlets.iter().all(Option::is_none) {
+                return;
+            }
+            self.take_in_or_pause();
+        }
+    }
+}

@@ -134,15 +134,15 @@ fn a_dam_break_in_the_plane_has_the_same_bits_in_parts() {
         ("damper", FluidParameters { acoustic_damping: 0.4, ..FluidParameters::DEFAULT }),
         ("plain", FluidParameters::PLAIN),
     ] {
-        let setup = tank::<Plane>(
-            settings(parameters),
-            Vector::new(0.1, 0.1),
-            [30, 36],
-            [38, 40],
-            [[true, true], [true, false]],
-        );
+        let setup = plane_tank(parameters);
         assert_same(name, AnySpace::Plane(setup), 60, 2e-4, &StateColumns::default());
     }
+}
+
+/// A dam break in the plane.
+fn plane_tank(parameters: FluidParameters) -> FluidSetup<Plane> {
+    let closed = [[true, true], [true, false]];
+    tank(settings(parameters), Vector::new(0.1, 0.1), [30, 36], [38, 40], closed)
 }
 
 /// The settings of the tests at a spacing of 0.02 m.
@@ -222,13 +222,7 @@ fn water_that_leaves_has_the_same_bits_in_parts() {
 
 #[test]
 fn a_saved_state_continues_in_any_number_of_parts() {
-    let setup = tank::<Plane>(
-        settings(FluidParameters::DEFAULT),
-        Vector::new(0.1, 0.1),
-        [30, 36],
-        [38, 40],
-        [[true, true], [true, false]],
-    );
+    let setup = plane_tank(FluidParameters::DEFAULT);
     let (setup, none) = (AnySpace::Plane(setup), StateColumns::default());
     let mut alone = alone(&setup);
     story(&mut *alone, 0..20, 2e-4, &none);
@@ -250,13 +244,7 @@ fn a_saved_state_continues_in_any_number_of_parts() {
 
 #[test]
 fn lists_that_are_given_back_are_made_again_with_the_same_bits() {
-    let setup = tank::<Plane>(
-        settings(FluidParameters::DEFAULT),
-        Vector::new(0.1, 0.1),
-        [30, 36],
-        [38, 40],
-        [[true, true], [true, false]],
-    );
+    let setup = plane_tank(FluidParameters::DEFAULT);
     let [mut kept, mut released] = [(); 2].map(|()| solver(setup.clone()));
     // Longer than the nodes of the volume keep their places.
     for step in 0..40 {

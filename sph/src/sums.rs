@@ -4,6 +4,7 @@ use std::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 
+use crate::space::components::Components;
 use crate::tasks::for_each;
 
 /// Particles per partial sum: fixed, so that the grouping of a sum never changes.
@@ -41,79 +42,183 @@ where
     total
 }
 
-/// The sum of `values` of tasks from the first on, added in pairs as [`PairwiseSums`] are. Allocates nothing.
-pub fn pairwise_sum<T: Clone + Default + AddAssign>(values: &[T]) -> T {
-    match values {
-        [] => T::default(),
-        [value] => value.clone(),
-        _ => {
-            let (pairs, rest) = values.split_at(values.len().next_power_of_two() / 2);
-            let mut sum = pairwise_sum(pairs);
-            sum += pairwise_sum(rest);
-            sum
-        }
-    }
-}
+/// Bits of a unit of [`ExactSum`].
+const UNIT_BITS: usize = 32;
 
-/// Sums over tasks that follow each other, added in pairs: those of tasks 2k and 2k + 1, then of pairs, and so on.
+/// Number of units: exponents from −1074 to 971.
+const UNITS: usize = 64;
+
+/// Exponent of the last bit of the smallest number.
+const LAST_EXPONENT: i32 = -1074;
+
+/// An exact sum of numbers, which does not depend on their order.
 ///
-/// What is added to what follows from the numbers of the tasks alone. Parts of the particles that hold whole tasks can
-/// add theirs apart and join the sums afterwards, with the bits of one sum over all.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct PairwiseSums<T> {
-    /// Sums that have no other of their level to be added to yet, in the order of the tasks.
-    open: Vec<Partial<T>>,
+/// Each is added as a whole number of one of 64 units, 2^(32 k − 1074): integers lose nothing. A term takes 85 bits of the
+/// 127 of a count, which holds 2^42 of them.
+///
+/// ```
+/// let terms = [1e100, 1.0, -1e100, 1e-300];
+/// let mut sum = sph::sums::ExactSum::default();
+/// terms.iter().for_each(|term| sum.add(*term));
+/// assert_eq!(sum.total(), 1.0);
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "SparseCounts", into = "SparseCounts")]
+pub struct ExactSum {
+    /// How many there are of each unit; empty before the first term.
+    counts: Vec<i128>,
+    /// Whether a term was infinite or no number.
+    is_unbounded: bool,
 }
 
-/// The sum over the tasks from `number` · 2^`level` on, 2^`level` of them.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct Partial<T> {
-    level: u32,
-    number: u64,
-    sum: T,
+/// [`ExactSum`] as it is written: most units are not there.
+#[derive(Serialize, Deserialize)]
+struct SparseCounts {
+    counts: Vec<(u8, i128)>,
+    is_unbounded: bool,
 }
 
-impl<T> Default for PairwiseSums<T> {
-    fn default() -> Self {
-        Self { open: Vec::new() }
+impl From<ExactSum> for SparseCounts {
+    fn from(sum: ExactSum) -> Self {
+        let counts = (0..).zip(sum.counts).filter(|(_, count)| *count != 0).collect();
+        Self { counts, is_unbounded: sum.is_unbounded }
     }
 }
 
-impl<T: Default + AddAssign> PairwiseSums<T> {
-    /// Of the `sums` of tasks, the first of which has the number `first`.
-    pub fn of(first: usize, sums: impl IntoIterator<Item = T>) -> Self {
-        let mut all = Self::default();
-        for (number, sum) in (first as u64..).zip(sums) {
-            all.push(Partial { level: 0, number, sum });
+impl From<SparseCounts> for ExactSum {
+    fn from(sparse: SparseCounts) -> Self {
+        let mut sum = Self { counts: Vec::new(), is_unbounded: sparse.is_unbounded };
+        for (unit, count) in sparse.counts {
+            sum.add_units(usize::from(unit) % UNITS, count);
         }
-        all
+        sum
+    }
+}
+
+impl ExactSum {
+    /// Takes all terms out; the memory is kept.
+    pub fn clear(&mut self) {
+        self.counts.fill(0);
+        self.is_unbounded = false;
     }
 
-    /// Joins the sums over the tasks that follow those of `self`.
-    pub fn join(&mut self, following: Self) {
-        following.open.into_iter().for_each(|partial| self.push(partial));
+    /// Adds `term`.
+    #[inline]
+    pub fn add(&mut self, term: f64) {
+        let bits = term.to_bits();
+        // The exponent has 11 bits.
+        let exponent = (bits >> 52) as usize & 0x7ff;
+        let mut mantissa = i128::from(bits & ((1 << 52) - 1));
+        if exponent == 0x7ff {
+            self.is_unbounded = true;
+            return;
+        }
+        let mut shift = 0;
+        if exponent > 0 {
+            mantissa |= 1 << 52;
+            shift = exponent - 1;
+        }
+        if mantissa != 0 {
+            let count = mantissa << (shift % UNIT_BITS);
+            // At most 2045 / 32.
+            self.add_units(shift / UNIT_BITS, if term < 0.0 { -count } else { count });
+        }
     }
 
-    fn push(&mut self, mut partial: Partial<T>) {
-        while let Some(before) = self.open.pop_if(|before| {
-            before.level == partial.level && before.number + 1 == partial.number && partial.number % 2 == 1
-        }) {
-            let Partial { level, number, mut sum } = before;
-            sum += partial.sum;
-            partial = Partial { level: level + 1, number: number / 2, sum };
+    #[inline]
+    fn add_units(&mut self, unit: usize, count: i128) {
+        if self.counts.is_empty() {
+            self.counts.resize(UNITS, 0);
         }
-        self.open.push(partial);
+        self.counts[unit] += count;
     }
 
-    /// The sum over all tasks.
-    pub fn total(self) -> T {
-        let mut partials = self.open.into_iter().rev();
-        let Some(Partial { sum: mut total, .. }) = partials.next() else { return T::default() };
-        for Partial { mut sum, .. } in partials {
-            sum += total;
-            total = sum;
+    /// Adds all terms of `other`.
+    pub fn merge(&mut self, other: &Self) {
+        self.is_unbounded |= other.is_unbounded;
+        other.counts.iter().enumerate().for_each(|(unit, count)| self.add_units(unit, *count));
+    }
+
+    /// The sum, to its last bit or two; NaN where a term was infinite or no number.
+    pub fn total(&self) -> f64 {
+        if self.is_unbounded {
+            return f64::NAN;
         }
-        total
+        // Digits to the base 2^32: the last one has the sign, and no other is negative.
+        let mut digits = [0; UNITS];
+        let mut carry = 0;
+        for (digit, count) in digits.iter_mut().zip(&self.counts) {
+            carry += count;
+            *digit = carry & i128::from(u32::MAX);
+            carry >>= UNIT_BITS;
+        }
+        // The largest first, as far as they show.
+        let sum = in_units(carry, self.counts.len());
+        (0..self.counts.len()).rev().fold(sum, |sum, unit| sum + in_units(digits[unit], unit))
+    }
+}
+
+/// `count` times the unit of number `unit`.
+fn in_units(count: i128, unit: usize) -> f64 {
+    if count == 0 {
+        return 0.0;
+    }
+    // Two factors: the smallest unit itself is no normal number.
+    let exponent = (unit * UNIT_BITS) as i32 + LAST_EXPONENT;
+    let half = exponent / 2;
+    count as f64 * 2.0_f64.powi(half) * 2.0_f64.powi(exponent - half)
+}
+
+/// A value of some numbers.
+pub trait Numbers {
+    /// Calls `visit` for each number, always in the same order.
+    fn each(&mut self, visit: &mut dyn FnMut(&mut f64));
+}
+
+/// Calls `visit` for each component of `quantity`.
+pub fn each_of<C: Components>(quantity: &mut C, visit: &mut dyn FnMut(&mut f64)) {
+    let mut row = quantity.row();
+    row.as_mut().iter_mut().for_each(visit);
+    *quantity = C::from_row(row);
+}
+
+/// Exact sums of values, number by number: see [`ExactSum`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ExactSums(Vec<ExactSum>);
+
+impl ExactSums {
+    /// Takes all values out; the memory is kept.
+    pub fn clear(&mut self) {
+        self.0.iter_mut().for_each(ExactSum::clear);
+    }
+
+    /// Adds `value`.
+    pub fn add(&mut self, mut value: impl Numbers) {
+        let mut number = 0;
+        value.each(&mut |term| {
+            self.of(number).add(*term);
+            number += 1;
+        });
+    }
+
+    fn of(&mut self, number: usize) -> &mut ExactSum {
+        while self.0.len() <= number {
+            // All memory that it will take, so that a steady step asks for none.
+            self.0.push(ExactSum { counts: vec![0; UNITS], is_unbounded: false });
+        }
+        &mut self.0[number]
+    }
+
+    /// Adds all values of `other`.
+    pub fn merge(&mut self, other: &Self) {
+        other.0.iter().enumerate().for_each(|(number, sum)| self.of(number).merge(sum));
+    }
+
+    /// The sums, written over the numbers of `value`.
+    pub fn total<T: Numbers>(&self, mut value: T) -> T {
+        let mut sums = self.0.iter();
+        value.each(&mut |number| *number = sums.next().map_or(0.0, ExactSum::total));
+        value
     }
 }
 
@@ -139,25 +244,61 @@ mod tests {
         assert_eq!(ordered_sum::<f64, _>(0, |_| 1.0), 0.0);
     }
 
+    /// Numbers of all sizes and both signs, each with its negative but for the last three.
+    fn terms() -> Vec<f64> {
+        let term = |k: i32| (f64::from(k) * 0.7).sin() * 10f64.powi(k * 37 % 600 - 300);
+        let mut terms: Vec<f64> = (0..200).map(term).collect();
+        terms.extend((0..200).map(|k| -term(k)));
+        terms.extend([f64::MIN_POSITIVE / 8.0, 2.5, 1e-17]);
+        terms
+    }
+
     #[test]
-    fn sums_of_parts_join_to_the_bits_of_one_sum() {
-        for tasks in [0, 1, 2, 3, 7, 8, 9, 64, 100] {
-            let value = |k: usize| (k as f64 * 0.7).sin() * 10f64.powi((k % 30) as i32 - 15);
-            let values: Vec<f64> = (0..tasks).map(value).collect();
-            let all = pairwise_sum(&values);
-            let (plain, scale) =
-                (values.iter().sum::<f64>(), values.iter().map(|value| value.abs()).sum::<f64>());
-            // Each addition rounds a sum that is at most `scale`.
-            assert!((all - plain).abs() <= f64::EPSILON * tasks as f64 * scale, "{all} {plain}");
-            assert_eq!(PairwiseSums::of(0, values.iter().copied()).total().to_bits(), all.to_bits());
-            for cuts in [[0, 0], [0, 1], [1, 2], [3, 3], [5, 6], [7, 63]] {
-                let [a, b] = cuts.map(|cut: usize| cut.min(tasks));
-                let mut joined = PairwiseSums::default();
-                for part in [0..a, a..b, b..tasks] {
-                    joined.join(PairwiseSums::of(part.start, part.map(value)));
-                }
-                assert_eq!(joined.total().to_bits(), all.to_bits(), "{tasks} tasks cut at {a} and {b}");
-            }
+    fn an_exact_sum_loses_nothing_and_does_not_depend_on_the_order() {
+        let terms = terms();
+        let sum = |terms: &mut dyn Iterator<Item = f64>| {
+            let mut sum = ExactSum::default();
+            terms.for_each(|term| sum.add(term));
+            sum
+        };
+        let expected = sum(&mut terms.iter().copied());
+        // The nearest number to 2.5 + 1e-17.
+        assert_eq!(expected.total(), 2.5);
+        for step in [7, 29, 101] {
+            let shuffled = sum(&mut (0..terms.len()).map(|k| terms[k * step % terms.len()]));
+            assert_eq!(shuffled.total().to_bits(), expected.total().to_bits());
+            let (first, rest) = terms.split_at(step);
+            let mut merged = sum(&mut rest.iter().copied());
+            merged.merge(&sum(&mut first.iter().copied()));
+            assert_eq!(merged.total().to_bits(), expected.total().to_bits());
         }
+    }
+
+    #[test]
+    fn totals_are_right_to_the_last_bits() {
+        for terms in [
+            vec![],
+            vec![-0.75],
+            vec![f64::MAX, -f64::MAX, -1e-300],
+            vec![1.0, f64::EPSILON],
+            vec![-1.0, -f64::EPSILON],
+            vec![f64::MIN_POSITIVE, -f64::MIN_POSITIVE / 2.0],
+            vec![1e16, 1.0, -1e16],
+            vec![-3.0; 1000],
+        ] {
+            let mut sum = ExactSum::default();
+            terms.iter().for_each(|term| sum.add(*term));
+            // From the largest to the smallest, these sums round nothing that shows.
+            let expected: f64 = terms.iter().sum();
+            let exact = if terms.first() == Some(&1e16) { 1.0 } else { expected };
+            assert!(
+                (sum.total() - exact).abs() <= 2.0 * f64::EPSILON * exact.abs(),
+                "{terms:?} {}",
+                sum.total()
+            );
+        }
+        let mut sum = ExactSum::default();
+        [1.0, f64::INFINITY].into_iter().for_each(|term| sum.add(term));
+        assert!(sum.total().is_nan());
     }
 }

@@ -96,6 +96,51 @@ pub fn for_each_task<R: Split>(items: usize, task: usize, results: R, work: &Wor
     divide(0..items, task, results, work);
 }
 
+/// Calls `work` for each of the `chosen` groups, in ascending order, with its number, the group's items and its part of
+/// `results`, in parallel. Group k ends with the item before `ends[k]`; `results` are those of all items, a task being a
+/// group. Allocates nothing.
+pub fn for_each_group<R: Split>(ends: &[u32], chosen: &[u32], task: usize, results: R, work: &Work<'_, R>) {
+    divide_groups(Groups { ends, chosen, task }, (0, 0), results, work);
+}
+
+/// Input of [`for_each_group`].
+#[derive(Clone, Copy)]
+struct Groups<'a> {
+    ends: &'a [u32],
+    chosen: &'a [u32],
+    task: usize,
+}
+
+impl Groups<'_> {
+    fn items(&self, group: u32) -> Range<usize> {
+        let start = if group == 0 { 0 } else { self.ends[group as usize - 1] };
+        start as usize..self.ends[group as usize] as usize
+    }
+}
+
+/// `results` are those from item and group `from` on.
+fn divide_groups<R: Split>(groups: Groups<'_>, from: (usize, usize), results: R, work: &Work<'_, R>) {
+    let Groups { chosen, .. } = groups;
+    let ([first, ..], [.., last]) = (chosen, chosen) else { return };
+    let items = groups.items(*first).start..groups.items(*last).end;
+    if chosen.len() > 1 && items.len() > groups.task {
+        let (some, rest) = chosen.split_at(chosen.len() / 2);
+        let middle = (groups.items(rest[0]).start, rest[0] as usize);
+        let (before, after) = results.split(middle.0 - from.0, middle.1 - from.1);
+        let (some, rest) = (Groups { chosen: some, ..groups }, Groups { chosen: rest, ..groups });
+        join(|| divide_groups(some, from, before, work), || divide_groups(rest, middle, after, work));
+        return;
+    }
+    let (mut at, mut rest) = (from, results);
+    for group in chosen {
+        let items = groups.items(*group);
+        let (_, from_group) = rest.split(items.start - at.0, *group as usize - at.1);
+        let (own, following) = from_group.split(items.len(), 1);
+        (at, rest) = ((items.end, *group as usize + 1), following);
+        work(items, own);
+    }
+}
+
 fn divide<R: Split>(items: Range<usize>, task: usize, results: R, work: &Work<'_, R>) {
     let Some((first, rest)) = halves(&items, task) else {
         if !items.is_empty() {
@@ -227,6 +272,35 @@ mod tests {
             });
             assert!(each.iter().enumerate().all(|(i, value)| *value == i + 1));
             assert!(tasks.len() == items.div_ceil(TASK) && tasks.iter().all(|count| *count == 1));
+        }
+    }
+
+    #[test]
+    fn chosen_groups_are_visited_once_with_their_results() {
+        // Groups of 1 to 40 items, and none.
+        let sizes: Vec<u32> = (0..60).map(|k| 1 + k * 13 % 40).collect();
+        let ends: Vec<u32> = sizes
+            .iter()
+            .scan(0, |end, size| {
+                *end += size;
+                Some(*end)
+            })
+            .collect();
+        let items = *ends.last().unwrap() as usize;
+        for chosen in [(0..60).collect::<Vec<u32>>(), (0..60).step_by(7).collect(), vec![59], vec![]] {
+            let (mut each, mut groups, mut unused) = (vec![0; items], vec![0; sizes.len()], [0_u8; 0]);
+            let results = ((&mut each[..], PerTask(&mut groups)), &mut unused[..]);
+            for_each_group(&ends, &chosen, 64, results, &|range, ((each, group), _)| {
+                assert_eq!((range.len(), group.0.len()), (each.len(), 1));
+                each.iter_mut().zip(range).for_each(|(value, i)| *value += i + 1);
+                group.0[0] += 1;
+            });
+            for (k, (end, size)) in ends.iter().zip(&sizes).enumerate() {
+                let count = i32::from(chosen.contains(&(k as u32)));
+                assert_eq!(groups[k], count);
+                let items = (end - size) as usize..*end as usize;
+                assert!(items.clone().zip(&each[items]).all(|(i, item)| *item == (i + 1) * count as usize));
+            }
         }
     }
 

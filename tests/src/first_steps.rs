@@ -12,7 +12,7 @@ use coordinator::run::participants::News;
 use coordinator::run::participants::in_process;
 use coordinator::run::participants::threads::Threads;
 use sph::coupling::driver::{Command, Event};
-use sph::coupling::solver::Role;
+use sph::coupling::solver::{PartCounts, Role};
 
 use crate::source_tree::case_files;
 
@@ -61,6 +61,8 @@ pub struct SideState {
     pub digest: String,
     /// Its energy budget.
     pub energy: SideEnergy,
+    /// The parts that computed it.
+    pub parts: Option<PartCounts>,
 }
 
 /// Takes `steps` steps of the case file at `path`, or all that it has, with the fluid in `parts`, and says where each side
@@ -71,6 +73,14 @@ pub struct SideState {
 pub fn first_steps(path: &Path, steps: u64, parts: usize) -> Result<Vec<SideState>, String> {
     let case = coordinator::run::load(path).map_err(|failure| failure.to_string())?;
     run(&case, steps, parts, |_| None).map_err(|message| format!("{}: {message}", path.display()))
+}
+
+/// Takes `steps` steps of `case`, with the fluid in `parts`, and says where each side stands.
+///
+/// # Errors
+/// When a side fails; the message names the side.
+pub fn first_steps_of(case: &Case, steps: u64, parts: usize) -> Result<Vec<SideState>, String> {
+    run(case, steps, parts, |_| None)
 }
 
 /// What steps of a case have cost.
@@ -157,6 +167,7 @@ fn run(
                     time: report.time,
                     digest: state::digest(&report.state),
                     energy: energies[role.index()],
+                    parts: report.counts.parts,
                 }),
                 Event::Failed(report) => failure = Some(format!("{role}: {report:?}")),
                 _ => {}

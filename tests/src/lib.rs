@@ -13,6 +13,7 @@ pub mod mutants;
 pub mod nodes;
 pub mod python;
 pub mod random;
+pub mod scaling;
 pub mod soak;
 pub mod source_tree;
 pub mod streams;

@@ -16,7 +16,7 @@ use crate::run::{OnReservations, Placement, RelayOptions, RunOptions, ServerOpti
 #[derive(Debug, Args)]
 pub(super) struct RunOptionArguments {
     /// Run the solvers as threads of this process instead of servers; the results are bit-identical.
-    #[arg(long, conflicts_with_all = ["fluid", "solid", "fluid_bin", "solid_bin"])]
+    #[arg(long, conflicts_with_all = ["fluid", "solid", "fluid_bin", "solid_bin", "fluid_ranks"])]
     #[arg(help_heading = SOLVERS)]
     in_process: bool,
     /// Use the fluid server that listens at this address, over the case's `[servers]`.
@@ -31,6 +31,11 @@ pub(super) struct RunOptionArguments {
     /// Start this program as the solid server, likewise.
     #[arg(long, value_name = "PROGRAM", help_heading = SOLVERS, hide_short_help = true)]
     solid_bin: Option<PathBuf>,
+    /// Compute the fluid in so many processes, which `mpirun` starts from the program `fluid-server-mpi` beside this one;
+    /// the results are bit-identical.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(conflicts_with_all = ["fluid", "fluid_bin"], help_heading = SOLVERS, hide_short_help = true)]
+    fluid_ranks: Option<u16>,
     /// TLS and token settings for remote servers.
     #[command(flatten)]
     security: SecurityArguments,
@@ -133,7 +138,7 @@ impl RunOptionArguments {
         let relay =
             RelayOptions { listen: self.relay_listen, insecure: self.relay_insecure, record: self.record };
         Placement::Servers(Box::new(ServerOptions {
-            fluid: source(self.fluid, self.fluid_bin),
+            fluid: source(self.fluid, self.fluid_bin).or(self.fluid_ranks.map(Source::Ranks)),
             solid: source(self.solid, self.solid_bin),
             security: self.security.into(),
             silence: self.silence.map(Duration::from_secs_f64),

@@ -273,11 +273,11 @@ pub struct Participant {
 impl Participant {
     /// Fills the counts and what follows from them.
     pub fn set_counts(&mut self, counts: Counts) {
-        self.counts = counts;
         let particles = counts.particles + counts.wall_particles;
         // Both far below 2^53.
         let share = |bytes: u64| (particles > 0).then(|| bytes as f64 / particles as f64);
         self.peak_memory_bytes_per_particle = self.process.peak_memory_bytes.and_then(share);
+        self.counts = counts;
     }
 
     /// Fills both waits and the share.

@@ -165,7 +165,7 @@ fn summarise(
     let mut participants = [None, None];
     for (role, mut participant) in sides {
         let side = &tally.sides[role.index()];
-        participant.set_counts(side.counts);
+        participant.set_counts(side.counts.clone());
         participant.state_digest.clone_from(&side.state_digest);
         participant.set_waits(side.step_seconds, side.waited_seconds);
         participants[role.index()] = Some(participant);

@@ -7,7 +7,12 @@ pub(super) struct Launched {
     pub(super) processes: Option<usize>,
     /// The number of those on this machine.
     pub(super) here: Option<usize>,
+    /// The number of cores that each was given, where Slurm says it.
+    pub(super) cores: Option<usize>,
 }
+
+/// Cores of a task of Slurm, where its user has asked for some.
+const CORES: &str = "SLURM_CPUS_PER_TASK";
 
 /// Number of tasks of a step of Slurm. `SLURM_PROCID` and `SLURM_NTASKS` are set in batch scripts too.
 const STEP: &str = "SLURM_STEP_NUM_TASKS";
@@ -33,7 +38,7 @@ pub(super) fn launched() -> Option<Launched> {
 fn find(variable: impl Fn(&str) -> Option<String>) -> Option<Launched> {
     let number = |name: &str| -> Option<usize> { variable(name)?.trim().parse().ok() };
     let [_, processes, here] = LAUNCHERS.into_iter().find(|[mark, ..]| number(mark).is_some())?;
-    Some(Launched { processes: number(processes), here: number(here) })
+    Some(Launched { processes: number(processes), here: number(here), cores: number(CORES) })
 }
 
 #[cfg(test)]
@@ -51,15 +56,16 @@ mod tests {
         assert_eq!(by(&[]), None);
         // A batch script of Slurm.
         assert_eq!(by(&[("SLURM_PROCID", "0"), ("SLURM_NTASKS", "3")]), None);
-        let of_three = Launched { processes: Some(3), here: None };
-        assert_eq!(by(&[("PMIX_RANK", "1"), ("SLURM_STEP_NUM_TASKS", "3")]), Some(of_three));
+        let of_three = Launched { processes: Some(3), here: None, cores: Some(8) };
+        let srun = by(&[("PMIX_RANK", "1"), ("SLURM_STEP_NUM_TASKS", "3"), ("SLURM_CPUS_PER_TASK", "8")]);
+        assert_eq!(srun, Some(of_three));
         let open_mpi = [
             ("PMIX_RANK", "1"),
             ("OMPI_COMM_WORLD_RANK", "1"),
             ("OMPI_COMM_WORLD_SIZE", "2"),
             ("OMPI_COMM_WORLD_LOCAL_SIZE", "1"),
         ];
-        let expected = Launched { processes: Some(2), here: Some(1) };
+        let expected = Launched { processes: Some(2), here: Some(1), cores: None };
         assert_eq!(
             find(|name| open_mpi.iter().find(|(known, _)| *known == name).map(|(_, v)| (*v).into())),
             Some(expected)

@@ -9,6 +9,7 @@ mod pause;
 mod pieces;
 mod transport;
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use fluid::Team;
@@ -60,13 +61,13 @@ fn serve(args: &NodeArgs, launched: Launched) -> ExitCode {
         Ok(transport) => {
             let team = Team::new(Box::new(transport));
             if team.rank() > 0 {
-                return compute(args, threads, &team);
+                return of_other_process(args, threads, &team);
             }
             // Threads are counted in 16 bits.
             let args = NodeArgs { threads: Some(threads.min(1024) as u16), ..args.clone() };
             let of_server = team.clone();
             let code = args.serve(FluidFactory::made_by(move |setup| lead(setup, &of_server)));
-            team.send_to_all(&Order::End);
+            team.call(&Order::End);
             code
         }
         Err(error) => {
@@ -84,47 +85,65 @@ fn lead(setup: AnyFluidSetup, team: &Team) -> Result<Box<dyn Solver>, Vec<String
     let turn = team.turn();
     let arithmetic = Arithmetic::chosen().name().to_owned();
     let setup = ParticipantSetup::Fluid(setup);
-    team.send_to_all(&Order::Compute { setup: proto::encoded_setup(&setup), arithmetic });
+    team.call(&Order::Compute { setup: proto::encoded_setup(&setup), arithmetic });
     let ParticipantSetup::Fluid(setup) = setup else { unreachable!("it is for a fluid") };
     fluid::first_part(setup, team, turn)
 }
 
-/// Compute threads of each process: the processes of a machine share its cores.
+/// Compute threads of each process: those that it was given, or its share of the cores of the machine.
 fn threads_of(launched: Launched) -> usize {
+    if let Some(given) = launched.cores {
+        return given.max(1);
+    }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let here = launched.here.or(launched.processes).unwrap_or(1);
     (cores / here.max(1)).max(1)
 }
 
-/// Computes parts of fluids until the first process ends.
-fn compute(args: &NodeArgs, threads: usize, team: &Team) -> ExitCode {
-    let failed = |problem: String| {
-        terminal::note(format_args!("error: process {} of the fluid: {problem}", team.rank()));
-        ExitCode::from(EXIT_FAILED)
+/// Computes parts of fluids until the first process ends, with a part of the trace of its own.
+fn of_other_process(args: &NodeArgs, threads: usize, team: &Team) -> ExitCode {
+    let own_trace = |path: &PathBuf| {
+        let mut path = path.clone().into_os_string();
+        path.push(format!("-{}", team.rank()));
+        path.into()
     };
-    if let Some(Err(problem)) = args.arithmetic.map(sph::lanes::force) {
-        return failed(problem.to_string());
+    let args = NodeArgs { trace: args.trace.as_ref().map(own_trace), ..args.clone() };
+    let ended = args.record(&format!("fluid, process {}", team.rank())).and_then(|part| {
+        compute(&args, threads, team)?;
+        let complete = part.map_or(Ok(()), |part| part.flush());
+        complete.map_err(|problem| format!("the trace is not complete: {problem}"))
+    });
+    match ended {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(problem) => {
+            terminal::note(format_args!("error: process {} of the fluid: {problem}", team.rank()));
+            ExitCode::from(EXIT_FAILED)
+        }
     }
-    if let Err(problem) = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global() {
-        return failed(problem.to_string());
+}
+
+fn compute(args: &NodeArgs, threads: usize, team: &Team) -> Result<(), String> {
+    if let Some(chosen) = args.arithmetic.map(sph::lanes::force) {
+        chosen.map_err(|problem| problem.to_string())?;
     }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    pool.map_err(|problem| problem.to_string())?;
     loop {
-        match team.receive_from_first() {
+        match team.next_call() {
             Order::Compute { setup, arithmetic } => {
                 let own = Arithmetic::chosen().name();
                 if own != arithmetic {
-                    return failed(format!(
+                    return Err(format!(
                         "its arithmetic is {own}, that of the first process {arithmetic}; start all with the same \
                          `--arithmetic`"
                     ));
                 }
-                match proto::decoded_setup(&setup) {
-                    Ok(ParticipantSetup::Fluid(setup)) => fluid::other_part(setup, team),
-                    Ok(ParticipantSetup::Solid(_)) => return failed("the set-up is for a solid".into()),
-                    Err(problem) => return failed(problem.to_string()),
+                match proto::decoded_setup(&setup).map_err(|problem| problem.to_string())? {
+                    ParticipantSetup::Fluid(setup) => fluid::other_part(setup, team),
+                    ParticipantSetup::Solid(_) => return Err("the set-up is for a solid".into()),
                 }
             }
-            Order::End => return ExitCode::SUCCESS,
+            Order::End => return Ok(()),
         }
     }
 }

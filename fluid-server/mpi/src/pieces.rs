@@ -1,31 +1,34 @@
 //! Messages as MPI carries them: pieces of less than 1 GiB, since MPI counts in `i32`.
 //!
-//! MPI keeps the order of all messages between two processes, whatever their tags: the tag says whether more of a message
-//! follows, and no header is needed.
+//! MPI keeps the order of all messages between two processes, whatever their tags: the tag says which channel a message is
+//! for and whether more of it follows, and no header is needed.
 
+use fluid::Channel;
 use mpi::point_to_point::{Message, Status};
 use mpi::traits::*;
 
 /// Largest piece.
 pub(super) const PIECE: usize = 1 << 29;
 
-/// The message ends with this piece.
-pub(super) const LAST: i32 = 0;
-/// More of the message follows.
-pub(super) const MORE: i32 = 1;
+/// Tag of the last pieces of messages on the first channel; those on others follow.
+const LAST: i32 = 0;
+/// Tag of other pieces, likewise.
+const MORE: i32 = 16;
 /// No message: the sender takes leave.
-pub(super) const BYE: i32 = 2;
+pub(super) const BYE: i32 = 32;
 /// What is sent with it.
 pub(super) const NOTHING: &[u8] = &[];
 
-/// The pieces of `message` with their tags; one empty piece for an empty message.
-pub(super) fn pieces(message: &[u8], piece: usize) -> impl Iterator<Item = (i32, &[u8])> {
+/// The pieces of `message` on `channel` with their tags; one empty piece for an empty message.
+pub(super) fn pieces(channel: Channel, message: &[u8], piece: usize) -> impl Iterator<Item = (i32, &[u8])> {
+    // Channels are few.
+    let channel = channel.index() as i32;
     let count = message.len().div_ceil(piece).max(1);
     (0..count).map(move |number| {
         let start = number * piece;
         let end = message.len().min(start + piece);
         let tag = if number + 1 == count { LAST } else { MORE };
-        (tag, &message[start..end])
+        (tag + channel, &message[start..end])
     })
 }
 
@@ -33,7 +36,7 @@ pub(super) fn pieces(message: &[u8], piece: usize) -> impl Iterator<Item = (i32,
 #[derive(Debug)]
 pub(super) enum Arrival {
     /// A whole message is here.
-    Whole(Vec<u8>),
+    Whole(Channel, Vec<u8>),
     /// A piece of a message, more are to come.
     Part,
     /// The sender has taken leave.
@@ -66,15 +69,16 @@ impl Assembly {
                 begun
             }
         };
-        let arrival = match tag {
-            LAST => Arrival::Whole(whole),
-            MORE => {
+        if tag >= BYE {
+            return (from, Arrival::Bye);
+        }
+        match Channel::ALL.into_iter().find(|channel| LAST + channel.index() as i32 == tag) {
+            Some(channel) => (from, Arrival::Whole(channel, whole)),
+            None => {
                 self.begun[from] = Some(whole);
-                Arrival::Part
+                (from, Arrival::Part)
             }
-            _ => Arrival::Bye,
-        };
-        (from, arrival)
+        }
     }
 }
 
@@ -91,12 +95,16 @@ pub(super) fn rank(index: usize) -> i32 {
 
 #[cfg(test)]
 mod tests {
+    use fluid::Channel;
+
     use super::{LAST, MORE, pieces};
 
     #[test]
     fn messages_are_cut_into_pieces_the_last_of_which_is_marked() {
         let all = |length: usize| -> Vec<(i32, usize)> {
-            pieces(&vec![0; length], 4).map(|(tag, bytes)| (tag, bytes.len())).collect()
+            let message = vec![0; length];
+            let pieces = pieces(Channel::Copies, &message, 4);
+            pieces.map(|(tag, bytes)| (tag - Channel::Copies.index() as i32, bytes.len())).collect()
         };
         assert_eq!(all(0), [(LAST, 0)]);
         assert_eq!(all(4), [(LAST, 4)]);

@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel, sync_channel};
 use std::thread::JoinHandle;
 
-use fluid::{Lost, Transport};
+use fluid::{Channel, Lost, Transport};
 use mpi::Threading;
 use mpi::request::StaticScope;
 use mpi::topology::SimpleCommunicator;
@@ -56,13 +56,16 @@ pub enum StartError {
     Ended,
 }
 
-/// A message and the part to which it goes.
-type Order = (usize, Vec<u8>);
+/// A message, its channel, and the part to which it goes.
+type Order = (usize, Channel, Vec<u8>);
+
+/// Messages of one part that have arrived, by channel.
+type Inbox = Vec<Receiver<Vec<u8>>>;
 
 /// What the thread reports when MPI has started.
 struct Started {
     rank: usize,
-    inboxes: Vec<Receiver<Vec<u8>>>,
+    inboxes: Vec<Inbox>,
 }
 
 /// Messages between the processes of an MPI program.
@@ -70,7 +73,7 @@ struct Started {
 /// When it is dropped it takes leave of the other parts, and waits until all of them have done so.
 pub struct MpiTransport {
     rank: usize,
-    inboxes: Vec<Receiver<Vec<u8>>>,
+    inboxes: Vec<Inbox>,
     /// `None` once it is dropped.
     orders: Option<Sender<Order>>,
     /// Whether `receive` waits; the thread then polls eagerly.
@@ -127,19 +130,19 @@ impl Transport for MpiTransport {
         self.inboxes.len()
     }
 
-    fn send(&mut self, to: usize, message: Vec<u8>) -> Result<(), Lost> {
+    fn send(&mut self, to: usize, channel: Channel, message: Vec<u8>) -> Result<(), Lost> {
         if to >= self.size() {
             return Err(Lost { rank: to });
         }
         let orders = self.orders.as_ref().ok_or(Lost { rank: to })?;
-        orders.send((to, message)).map_err(|_| Lost { rank: to })?;
+        orders.send((to, channel, message)).map_err(|_| Lost { rank: to })?;
         self.wake();
         Ok(())
     }
 
-    fn receive(&mut self, from: usize) -> Result<Vec<u8>, Lost> {
+    fn receive(&mut self, from: usize, channel: Channel) -> Result<Vec<u8>, Lost> {
         let lost = Lost { rank: from };
-        let inbox = self.inboxes.get(from).ok_or(lost)?;
+        let inbox = self.inboxes.get(from).and_then(|inbox| inbox.get(channel.index())).ok_or(lost)?;
         match inbox.try_recv() {
             Ok(message) => return Ok(message),
             Err(TryRecvError::Disconnected) => return Err(lost),
@@ -190,8 +193,8 @@ fn run(
     }
     let (outlets, inboxes) = (0..size)
         .map(|_| {
-            let (outlet, inbox) = channel();
-            (Some(outlet), inbox)
+            let (outlets, inbox) = Channel::ALL.map(|_| channel()).into_iter().unzip();
+            (Some(outlets), inbox)
         })
         .unzip();
     let mut post = Post { assembly: Assembly::new(size), world, outlets, pause, waited_for };
@@ -205,8 +208,8 @@ fn run(
 struct Post<'a> {
     world: SimpleCommunicator,
     assembly: Assembly,
-    /// Where to put what comes from each part; `None` once it has taken leave.
-    outlets: Vec<Option<Sender<Vec<u8>>>>,
+    /// Where to put what comes from each part, by channel; `None` once it has taken leave.
+    outlets: Vec<Option<Vec<Sender<Vec<u8>>>>>,
     pause: Pause,
     waited_for: &'a AtomicBool,
 }
@@ -234,12 +237,12 @@ impl Post<'_> {
     }
 
     /// Sends `batch`; takes in meanwhile.
-    fn round(&mut self, batch: &[(usize, Vec<u8>)]) {
+    fn round(&mut self, batch: &[Order]) {
         mpi::request::scope(|scope| {
             let mut open = Vec::with_capacity(batch.len());
-            for (to, message) in batch {
+            for (to, channel, message) in batch {
                 let process = self.world.process_at_rank(rank(*to));
-                for (tag, bytes) in pieces(message, PIECE) {
+                for (tag, bytes) in pieces(*channel, message, PIECE) {
                     open.push(process.immediate_send_with_tag(scope, bytes, tag));
                 }
             }
@@ -268,10 +271,10 @@ impl Post<'_> {
             return false;
         };
         match self.assembly.take(matched) {
-            (from, Arrival::Whole(message)) => {
-                if let Some(outlet) = &self.outlets[from] {
+            (from, Arrival::Whole(channel, message)) => {
+                if let Some(outlets) = &self.outlets[from] {
                     // Not wanted any more where the transport is being dropped.
-                    drop(outlet.send(message));
+                    drop(outlets[channel.index()].send(message));
                 }
             }
             (_, Arrival::Part) => {}

@@ -17,7 +17,7 @@ use crate::solver::FluidSolver;
 use crate::system::packed_particle::FluidSpace;
 use crate::system::state::FluidState;
 use crate::team::threads::ThreadTransport;
-use crate::team::{Team, Turn};
+use crate::team::{Team, Turn, Working};
 
 /// A call of the solver in which all parts take part, with what the others need.
 #[derive(Debug, Serialize, Deserialize)]
@@ -31,6 +31,7 @@ enum Call<'a> {
     Advance(StageTime),
     EndStep(StageTime),
     Energies,
+    Counts,
     Probes { time: f64 },
     Snapshot { step: u64, time: f64 },
     Save,
@@ -101,8 +102,11 @@ fn lead(
 }
 
 impl<S: FluidSpace> Leader<S> {
-    fn call(&self, call: &Call<'_>) {
-        self.solver.model.team.send_to_all(call);
+    /// Makes the others do what `call` says; this part does it while the answer lives.
+    fn call(&self, call: &Call<'_>) -> Working {
+        let team = &self.solver.model.team;
+        team.call(call);
+        team.work()
     }
 }
 
@@ -110,7 +114,7 @@ impl<S: FluidSpace> Drop for Leader<S> {
     fn drop(&mut self) {
         // Where another part has failed, none is left to listen.
         if !std::thread::panicking() {
-            self.call(&Call::End);
+            drop(self.call(&Call::End));
             // One that has panicked has said so.
             self.threads.drain(..).for_each(|thread| drop(thread.join()));
         }
@@ -121,7 +125,9 @@ impl<S: FluidSpace> Drop for Leader<S> {
 fn follow<S: FluidSpace>(mut part: FluidSolver<S>) {
     // What all parts find together, such as an error, is for the first one to tell.
     loop {
-        match part.model.team.receive_from_first() {
+        let call = part.model.team.next_call();
+        let _working = part.model.team.work();
+        match call {
             Call::BeginStage(time) => drop(part.begin_stage(&time)),
             Call::LimitingParticle => drop(part.limiting_particle()),
             Call::Interface { partner, reach } => {
@@ -133,6 +139,7 @@ fn follow<S: FluidSpace>(mut part: FluidSolver<S>) {
             Call::Advance(time) => drop(part.advance(&time)),
             Call::EndStep(time) => drop(part.end_step(&time)),
             Call::Energies => drop(part.energies()),
+            Call::Counts => drop(part.counts()),
             Call::Probes { time } => part.probes(time, &mut Vec::new()),
             Call::Snapshot { step, time } => drop(part.snapshot(step, time)),
             Call::Save => part.save(&mut SavedState::default()),
@@ -148,7 +155,7 @@ impl<S: FluidSpace> Solver for Leader<S> {
     }
 
     fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
-        self.call(&Call::BeginStage(*time));
+        let _working = self.call(&Call::BeginStage(*time));
         self.solver.begin_stage(time)
     }
 
@@ -157,7 +164,7 @@ impl<S: FluidSpace> Solver for Leader<S> {
     }
 
     fn limiting_particle(&self) -> Option<(u32, Vec<f64>)> {
-        self.call(&Call::LimitingParticle);
+        let _working = self.call(&Call::LimitingParticle);
         self.solver.limiting_particle()
     }
 
@@ -166,23 +173,23 @@ impl<S: FluidSpace> Solver for Leader<S> {
     }
 
     fn interface(&mut self, partner: &Extent, reach: f64, states: &mut StateColumns) -> u64 {
-        self.call(&Call::Interface { partner: Cow::Borrowed(partner), reach });
+        let _working = self.call(&Call::Interface { partner: Cow::Borrowed(partner), reach });
         self.solver.interface(partner, reach, states)
     }
 
     fn covered_by(&self, extent: &Extent, reach: f64) -> Result<(), f64> {
-        self.call(&Call::CoveredBy { extent: Cow::Borrowed(extent), reach });
+        let _working = self.call(&Call::CoveredBy { extent: Cow::Borrowed(extent), reach });
         self.solver.covered_by(extent, reach)
     }
 
     fn evaluate_own(&mut self, time: &StageTime) {
-        self.call(&Call::EvaluateOwn(*time));
+        let _working = self.call(&Call::EvaluateOwn(*time));
         self.solver.evaluate_own(time);
     }
 
     fn evaluate_cross(&mut self, time: &StageTime, own: &StateColumns, partner: &StateColumns) {
         let input = CrossInput { time: *time, own: Cow::Borrowed(own), partner: Cow::Borrowed(partner) };
-        self.call(&Call::EvaluateCross(Box::new(input)));
+        let _working = self.call(&Call::EvaluateCross(Box::new(input)));
         self.solver.evaluate_cross(time, own, partner);
     }
 
@@ -194,46 +201,48 @@ impl<S: FluidSpace> Solver for Leader<S> {
         forces: &mut Column,
     ) -> Result<(), NoLoads> {
         // Of what all parts have: the others are not needed.
+        let _working = self.solver.model.team.work();
         self.solver.reactions(time, own, points, forces)
     }
 
     fn advance(&mut self, time: &StageTime) -> Result<StageBudget, Divergence> {
-        self.call(&Call::Advance(*time));
+        let _working = self.call(&Call::Advance(*time));
         self.solver.advance(time)
     }
 
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
-        self.call(&Call::EndStep(*time));
+        let _working = self.call(&Call::EndStep(*time));
         self.solver.end_step(time)
     }
 
     fn energies(&self) -> EnergyReport {
-        self.call(&Call::Energies);
+        let _working = self.call(&Call::Energies);
         self.solver.energies()
     }
 
     fn probes(&mut self, time: f64, values: &mut Vec<f64>) {
-        self.call(&Call::Probes { time });
+        let _working = self.call(&Call::Probes { time });
         self.solver.probes(time, values);
     }
 
     fn snapshot(&mut self, step: u64, time: f64) -> ParticleFields {
-        self.call(&Call::Snapshot { step, time });
+        let _working = self.call(&Call::Snapshot { step, time });
         self.solver.snapshot(step, time)
     }
 
     fn counts(&self) -> Counts {
+        let _working = self.call(&Call::Counts);
         self.solver.counts()
     }
 
     fn save(&self, saved: &mut SavedState) {
-        self.call(&Call::Save);
+        let _working = self.call(&Call::Save);
         self.solver.save(saved);
     }
 
     fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
         let (state, history) = self.solver.restored(saved)?;
-        self.call(&Call::TakeOver);
+        let _working = self.call(&Call::TakeOver);
         self.solver.take_over(state, history)
     }
 }

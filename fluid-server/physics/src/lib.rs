@@ -50,6 +50,6 @@ pub use constants::constants;
 pub use lead::{first_part, in_threads, other_part};
 pub use solver::{FluidSolver, plane_solver, spatial_solver};
 pub use system::packed_particle::FluidSpace;
-pub use team::transport::{Lost, Transport};
+pub use team::transport::{Channel, Lost, Transport};
 pub use team::{Team, Turn};
 pub use time::step_limit::viscous_limit;

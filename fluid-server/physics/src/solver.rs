@@ -3,7 +3,9 @@
 use sph::coupling::exchange::{Column, Extent, StateColumns};
 use sph::coupling::ledger::{EnergyReport, StageBudget};
 use sph::coupling::saved::{RestoreError, SavedState};
-use sph::coupling::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
+use sph::coupling::solver::{
+    Counts, Divergence, NoLoads, PartCount, PartCounts, ParticleFields, Role, Solver,
+};
 use sph::coupling::stage::{StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::setup::FluidSetup;
@@ -12,7 +14,8 @@ use sph::space::tensors::SpaceVector;
 use sph::space::{Plane, Spatial};
 
 use crate::boundary::departures::{EndedStep, remove_departed};
-use crate::parts::partition::share;
+use crate::parts::halo::Halo;
+use crate::parts::redistribution::share;
 use crate::report::boundary_evaluation::BoundaryEvaluation;
 use crate::report::wall_forces::wall_forces;
 use crate::report::{fields, probes};
@@ -22,6 +25,7 @@ use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::saved;
 use crate::system::state::FluidState;
 use crate::team::Team;
+use crate::team::transport::Channel;
 use crate::time::stage::Workspace;
 use crate::time::step_limit::time_step_limit;
 use crate::time::{advance, checks, energy_budget};
@@ -113,7 +117,7 @@ fn with_all<S: FluidSpace>(model: &FluidModel<S>, state: &FluidState<S>, work: i
     }
     let all = model.team.join_at_first(state.clone(), FluidState::extend);
     if model.team.rank() == 0 {
-        work(&FluidState { others: 0, ..all });
+        work(&all.in_order());
     }
 }
 
@@ -136,16 +140,19 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
         // Accelerations stay with leapfrog alone; elsewhere speeds decide. Pair sums read extrapolated velocities.
         let limit = |i: usize| {
             let acceleration = state.acceleration.get(i).map_or(0.0, S::Vector::norm);
-            let packed =
-                workspace.fluid.get(workspace.lists.halo().before() + i).filter(|_| workspace.current);
+            let packed = workspace.fluid.get(i).filter(|_| workspace.current);
             let velocity = packed.map_or(state.velocity[i], Packed::velocity);
             time_step_limit(model, velocity.norm(), acceleration)
         };
         let i = (0..state.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)));
-        let own = i.map(|i| (limit(i), (state.id[i], state.position[i].row().as_ref().to_vec())));
+        let own =
+            i.map(|i| ((limit(i), state.place(i)), (state.id[i], state.position[i].row().as_ref().to_vec())));
         let first = model.team.join(own, |first, other| {
-            if let Some((limit, _)) = &other
-                && first.as_ref().is_none_or(|(least, _)| limit.total_cmp(least).is_lt())
+            let before = |((limit, place), _): &(_, _), (other, other_place): (f64, u64)| {
+                f64::total_cmp(limit, &other).then(u64::cmp(place, &other_place)).is_le()
+            };
+            if let Some((key, _)) = &other
+                && !first.as_ref().is_some_and(|first| before(first, *key))
             {
                 *first = other;
             }
@@ -158,12 +165,10 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
     }
 
     fn interface(&mut self, partner: &Extent, reach: f64, states: &mut StateColumns) -> u64 {
-        let Workspace { interface, fluid, lists, .. } = &mut self.workspace;
-        let own = lists.halo().own(fluid.len());
+        let Workspace { interface, fluid, .. } = &mut self.workspace;
+        let own = &fluid[..self.state.len()];
         match interface {
-            Some(interface) => {
-                interface.select(&self.model.team, &self.state, &fluid[own], partner, reach, states)
-            }
+            Some(interface) => interface.select(&self.model.team, &self.state, own, partner, reach, states),
             None => {
                 states.clear();
                 0
@@ -265,6 +270,7 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
             escaped: self.state.escaped,
             outflow: self.state.outflow,
             largest_interface: self.workspace.interface.as_ref().map_or(0, |interface| interface.largest()),
+            parts: self.part_counts(),
             ..Counts::default()
         }
     }
@@ -282,6 +288,32 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
 }
 
 impl<S: FluidSpace> FluidSolver<S> {
+    fn part_counts(&self) -> Option<PartCounts> {
+        let team = &self.model.team;
+        if team.is_alone() {
+            return None;
+        }
+        let (placement, clock) = (self.workspace.lists.placement(), team.clock());
+        let (copies, calls) = (clock.sent(Channel::Copies), clock.sent(Channel::Calls));
+        let agreement = clock.sent(Channel::Agreement);
+        let imbalance = placement.imbalance();
+        Some(PartCounts {
+            each: team.all(PartCount {
+                particles: self.state.len() as u64,
+                copies: placement.halo().map_or(0, Halo::copies) as u64,
+                computing_seconds: clock.computing().as_secs_f64(),
+                waited_for_copies_seconds: clock.waiting(Channel::Copies).as_secs_f64(),
+                waited_for_agreement_seconds: clock.waiting(Channel::Agreement).as_secs_f64(),
+                copy_messages: copies.messages,
+                copy_bytes: copies.bytes,
+                other_messages: agreement.messages + calls.messages,
+                other_bytes: agreement.bytes + calls.bytes,
+            }),
+            mean_imbalance: imbalance.mean(),
+            largest_imbalance: imbalance.largest(),
+        })
+    }
+
     /// The state of all parts that was saved, and the history of the interface.
     ///
     /// # Errors

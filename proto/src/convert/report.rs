@@ -4,7 +4,7 @@ use sph::coupling::ledger::{
     Account, Accounts, AngularBudget, Breach, Check, EnergyAccount, EnergyEntry, EnergyKind, EnergyReport,
     InterfaceSums, LedgerVector, MomentumReport, StageBudget,
 };
-use sph::coupling::solver::{Counts, Divergence, Fault};
+use sph::coupling::solver::{Counts, Divergence, Fault, PartCount, PartCounts};
 use sph::coupling::stage::StepStage;
 
 use super::{
@@ -236,10 +236,12 @@ impl Convert for Counts {
             deepest_contact_m: Some(self.deepest_contact_m),
             contact_impulse_n_s: Some(self.contact_impulse_n_s),
             substeps: self.substeps,
+            parts: self.parts.as_ref().map(PartCounts::to_wire),
         }
     }
 
-    fn from_wire(wire: &wire::Counts, _at: &Path<'_>) -> Result<Self, WireError> {
+    fn from_wire(wire: &wire::Counts, at: &Path<'_>) -> Result<Self, WireError> {
+        let parts = wire.parts.as_ref().map(|parts| PartCounts::from_wire(parts, &at.field("parts")));
         Ok(Self {
             particles: wire.particles,
             wall_particles: wire.wall_particles,
@@ -250,6 +252,60 @@ impl Convert for Counts {
             deepest_contact_m: any_number(wire.deepest_contact_m),
             contact_impulse_n_s: any_number(wire.contact_impulse_n_s),
             substeps: wire.substeps,
+            parts: parts.transpose()?,
+        })
+    }
+}
+
+impl Convert for PartCounts {
+    type Wire = wire::PartCounts;
+
+    fn to_wire(&self) -> wire::PartCounts {
+        wire::PartCounts {
+            each: self.each.iter().map(PartCount::to_wire).collect(),
+            mean_imbalance: self.mean_imbalance,
+            largest_imbalance: self.largest_imbalance,
+        }
+    }
+
+    fn from_wire(wire: &wire::PartCounts, at: &Path<'_>) -> Result<Self, WireError> {
+        let each = wire.each.iter().map(|part| PartCount::from_wire(part, at));
+        Ok(Self {
+            each: each.collect::<Result<_, _>>()?,
+            mean_imbalance: wire.mean_imbalance,
+            largest_imbalance: wire.largest_imbalance,
+        })
+    }
+}
+
+impl Convert for PartCount {
+    type Wire = wire::PartCount;
+
+    fn to_wire(&self) -> wire::PartCount {
+        wire::PartCount {
+            particles: self.particles,
+            copies: self.copies,
+            computing_s: Some(self.computing_seconds),
+            waited_for_copies_s: Some(self.waited_for_copies_seconds),
+            waited_for_agreement_s: Some(self.waited_for_agreement_seconds),
+            copy_messages: self.copy_messages,
+            copy_bytes: self.copy_bytes,
+            other_messages: self.other_messages,
+            other_bytes: self.other_bytes,
+        }
+    }
+
+    fn from_wire(wire: &wire::PartCount, _at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            particles: wire.particles,
+            copies: wire.copies,
+            computing_seconds: any_number(wire.computing_s),
+            waited_for_copies_seconds: any_number(wire.waited_for_copies_s),
+            waited_for_agreement_seconds: any_number(wire.waited_for_agreement_s),
+            copy_messages: wire.copy_messages,
+            copy_bytes: wire.copy_bytes,
+            other_messages: wire.other_messages,
+            other_bytes: wire.other_bytes,
         })
     }
 }

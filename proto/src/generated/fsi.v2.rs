@@ -1324,7 +1324,7 @@ pub struct SnapshotTaken {
     pub time_s_bits: u64,
 }
 /// The run ended in order.
-#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+#[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Finished {
     #[prost(uint64, tag = "1")]
     pub step: u64,
@@ -1369,7 +1369,7 @@ pub struct Beat {
     pub awaited: ::core::option::Option<StepStage>,
 }
 /// Facts of a run so far.
-#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+#[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Counts {
     /// Particles that move by their own equations.
     #[prost(uint64, tag = "1")]
@@ -1395,6 +1395,46 @@ pub struct Counts {
     /// Sub-steps of the solids between step boundaries; those of predictors are not counted.
     #[prost(uint64, tag = "9")]
     pub substeps: u64,
+    /// The parts of a solver that computes in several, each with its own particles; absent otherwise.
+    #[prost(message, optional, tag = "10")]
+    pub parts: ::core::option::Option<PartCounts>,
+}
+/// Facts of the parts of a solver since it was opened.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PartCounts {
+    /// Each part, by its number.
+    #[prost(message, repeated, tag = "1")]
+    pub each: ::prost::alloc::vec::Vec<PartCount>,
+    /// Largest over mean work of the parts, less one: mean over the builds of neighbour lists, and largest of them.
+    #[prost(double, optional, tag = "2")]
+    pub mean_imbalance: ::core::option::Option<f64>,
+    #[prost(double, optional, tag = "3")]
+    pub largest_imbalance: ::core::option::Option<f64>,
+}
+/// Facts of one part.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct PartCount {
+    #[prost(uint64, tag = "1")]
+    pub particles: u64,
+    /// Copies of particles of other parts.
+    #[prost(uint64, tag = "2")]
+    pub copies: u64,
+    #[prost(double, optional, tag = "3")]
+    pub computing_s: ::core::option::Option<f64>,
+    /// Waiting for copies, and for what all parts find together, such as sums.
+    #[prost(double, optional, tag = "4")]
+    pub waited_for_copies_s: ::core::option::Option<f64>,
+    #[prost(double, optional, tag = "5")]
+    pub waited_for_agreement_s: ::core::option::Option<f64>,
+    /// Messages sent with copies, their bytes, and other ones.
+    #[prost(uint64, tag = "6")]
+    pub copy_messages: u64,
+    #[prost(uint64, tag = "7")]
+    pub copy_bytes: u64,
+    #[prost(uint64, tag = "8")]
+    pub other_messages: u64,
+    #[prost(uint64, tag = "9")]
+    pub other_bytes: u64,
 }
 /// Why a run ended by a fault.
 #[derive(Clone, PartialEq, ::prost::Message)]

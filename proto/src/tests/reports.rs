@@ -6,7 +6,7 @@ use sph::coupling::ledger::{
     Account, Accounts, AngularBudget, Breach, Check, EnergyAccount, EnergyEntry, EnergyReport, InterfaceSums,
     LedgerVector, StageBudget,
 };
-use sph::coupling::solver::{Counts, Divergence, Fault, Field, ParticleFields};
+use sph::coupling::solver::{Counts, Divergence, Fault, Field, PartCount, PartCounts, ParticleFields};
 use sph::coupling::stage::{Stage, StepStage};
 
 use crate::convert::{
@@ -72,6 +72,17 @@ fn faults() -> Vec<Fault> {
 }
 
 fn items() -> Vec<BatchItem> {
+    let part = PartCount {
+        particles: 1,
+        copies: 2,
+        computing_seconds: 3.0,
+        waited_for_copies_seconds: 4.0,
+        waited_for_agreement_seconds: 5.0,
+        copy_messages: 6,
+        copy_bytes: 7,
+        other_messages: 8,
+        other_bytes: 9,
+    };
     let counts = Counts {
         particles: 1,
         wall_particles: 2,
@@ -82,6 +93,11 @@ fn items() -> Vec<BatchItem> {
         deepest_contact_m: 7e-3,
         contact_impulse_n_s: 0.8,
         substeps: 9,
+        parts: Some(PartCounts {
+            each: vec![PartCount::default(), part],
+            mean_imbalance: Some(0.1),
+            largest_imbalance: None,
+        }),
     };
     let mut items = vec![
         BatchItem::Step(Box::new(StepReport {
@@ -106,13 +122,13 @@ fn items() -> Vec<BatchItem> {
             awaited: Some(sph::coupling::stage::StepStage::FIRST),
         }),
         BatchItem::Paused(sph::coupling::driver::Paused { step: 9, time: 0.25 }),
-        BatchItem::Finished { step: 8, time: 0.4, reached_end: true, counts, state_index: 3 },
+        BatchItem::Finished { step: 8, time: 0.4, reached_end: true, counts: counts.clone(), state_index: 3 },
     ];
     items.extend(faults().into_iter().map(|fault| BatchItem::Failed {
         fault: Box::new(fault),
         step: 8,
         time: 0.4,
-        counts,
+        counts: counts.clone(),
         state_index: 3,
     }));
     items

@@ -60,7 +60,8 @@ pub struct NodeArgs {
     /// the server.
     #[arg(long)]
     pub insecure: bool,
-    /// End when standard input closes, as it does when the program that started this one ends.
+    /// End when standard input closes, as it does when the program that started this one ends; so does
+    /// TIDELOCK_TOKEN_STDIN=1 in the environment.
     #[arg(long)]
     pub exit_with_parent: bool,
     /// Write what the compute thread does when to this file, as a part of the trace of `run --trace`.
@@ -101,7 +102,6 @@ impl NodeArgs {
 
     /// Compiled once, here, and not again in every program.
     fn serve_boxed(&self, factory: Box<dyn SolverFactory>) -> ExitCode {
-        let filter = log_filter();
         let security = match self.load_security() {
             Ok(security) => security,
             Err(problem) => {
@@ -109,7 +109,7 @@ impl NodeArgs {
                 return ExitCode::from(EXIT_USAGE);
             }
         };
-        let part = match record(self, filter, &factory.describe().name) {
+        let part = match self.record(&factory.describe().name) {
             Ok(part) => part,
             Err(problem) => {
                 terminal::note(format_args!("error: {problem}"));
@@ -155,11 +155,26 @@ impl NodeArgs {
         code
     }
 
+    /// Starts the log, and where one is wanted the trace, in which this process is called `title`.
+    ///
+    /// # Errors
+    /// What is wrong with the file of the trace.
+    pub fn record(&self, title: &str) -> Result<Option<Part>, String> {
+        let filter = log_filter();
+        let Some(path) = &self.trace else {
+            trace::log(filter);
+            return Ok(None);
+        };
+        let part = Part::create(path, title)
+            .map_err(|e| format!("`--trace {}` cannot be written: {e}", path.display()))?;
+        trace::record_with_log(part.clone(), filter).map_err(|e| format!("`--trace`: {e}"))?;
+        Ok(Some(part))
+    }
+
     /// Who may speak, by files and by what the program that started this one says.
     fn load_security(&self) -> Result<ServerSecurity, String> {
         let security = ServerSecurity::load(&self.security)?;
-        let announced = std::env::var_os(AccessToken::ANNOUNCEMENT).is_some_and(|value| value == "1");
-        if self.token_stdin || (announced && self.security.token_file.is_none()) {
+        if self.token_stdin || (is_announced() && self.security.token_file.is_none()) {
             return AccessToken::receive(&mut std::io::stdin().lock()).map(|token| security.private(token));
         }
         Ok(security)
@@ -174,22 +189,15 @@ pub fn main_with(args: impl IntoIterator<Item = OsString>, factory: impl SolverF
     }
 }
 
+/// Whether a coordinator has started this program: it sends a token, and keeps standard input open as long as it wants it.
+fn is_announced() -> bool {
+    std::env::var_os(AccessToken::ANNOUNCEMENT).is_some_and(|value| value == "1")
+}
+
 /// What RUST_LOG asks for: a level, or levels by target.
 fn log_filter() -> Targets {
     let asked = std::env::var("RUST_LOG").ok().and_then(|text| text.parse().ok());
     asked.unwrap_or_else(|| Targets::new().with_default(LevelFilter::INFO))
-}
-
-/// Starts the log, and the trace where one is wanted.
-fn record(args: &NodeArgs, filter: Targets, title: &str) -> Result<Option<Part>, String> {
-    let Some(path) = &args.trace else {
-        trace::log(filter);
-        return Ok(None);
-    };
-    let part = Part::create(path, title)
-        .map_err(|e| format!("`--trace {}` cannot be written: {e}", path.display()))?;
-    trace::record_with_log(part.clone(), filter).map_err(|e| format!("`--trace`: {e}"))?;
-    Ok(Some(part))
 }
 
 async fn serve(
@@ -205,7 +213,7 @@ async fn serve(
     let server = Server::bind(args.listen)?;
     let stop = CancellationToken::new();
     stop_on_signals(&stop).map_err(|e| ServeError::Transport(format!("cannot watch for signals: {e}")))?;
-    if args.exit_with_parent {
+    if args.exit_with_parent || is_announced() {
         stop_with_input(&stop)
             .map_err(|e| ServeError::Transport(format!("cannot watch standard input: {e}")))?;
     }

@@ -287,6 +287,7 @@ impl<S: SolidSpace> Solver for SolidSolver<S> {
             deepest_contact_m: BodyContact::all(&self.state.last.contacts).deepest,
             contact_impulse_n_s: BodyContact::all(&self.state.last.contacts).impulse,
             substeps: self.state.last.substeps,
+            ..Counts::default()
         }
     }
 

@@ -199,7 +199,7 @@ pub trait Solver: Send {
 }
 
 /// Facts of a solver's run so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// Particles that move by their own equations.
     pub particles: u64,
@@ -222,6 +222,43 @@ pub struct Counts {
     /// Sub-steps that the solids have taken from step boundary to step boundary; those of predictors do not count.
     #[serde(default)]
     pub substeps: u64,
+    /// The parts of a solver that computes in several, each with its own particles.
+    #[serde(default)]
+    pub parts: Option<PartCounts>,
+}
+
+/// Facts of the parts of a solver since it was opened.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PartCounts {
+    /// Each part, by its number.
+    pub each: Vec<PartCount>,
+    /// Largest over mean work of the parts, less one: mean over the builds of neighbour lists \[-\].
+    pub mean_imbalance: Option<f64>,
+    /// The largest of them \[-\].
+    pub largest_imbalance: Option<f64>,
+}
+
+/// Facts of one part.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PartCount {
+    /// Its particles.
+    pub particles: u64,
+    /// Copies of particles of other parts that it holds.
+    pub copies: u64,
+    /// Time in which it has computed \[s\].
+    pub computing_seconds: f64,
+    /// Time in which it has waited for copies \[s\].
+    pub waited_for_copies_seconds: f64,
+    /// Time in which it has waited for what all parts find together, such as sums \[s\].
+    pub waited_for_agreement_seconds: f64,
+    /// Messages that it has sent with copies.
+    pub copy_messages: u64,
+    /// Their bytes.
+    pub copy_bytes: u64,
+    /// Other messages that it has sent.
+    pub other_messages: u64,
+    /// Their bytes.
+    pub other_bytes: u64,
 }
 
 /// Name of the field of q, the pressure of the acoustic relaxation \[Pa\]. The field `pressure` includes it.

@@ -122,6 +122,26 @@ impl<S: Space> Cells<S> {
         self.counts
     }
 
+    /// Lower corner of the first cell \[m\].
+    pub fn lower(&self) -> S::Vector {
+        self.lower
+    }
+
+    /// Edge of the cells along `axis` \[m\]; the last one may be up to twice as long.
+    pub fn edge(&self, axis: usize) -> f64 {
+        1.0 / self.inverse_edge[axis]
+    }
+
+    /// Place of cell `index` along each axis.
+    pub fn place(&self, index: u32) -> S::Of<usize> {
+        let mut rest = index as usize;
+        S::axes(|axis| {
+            let place = rest % self.counts[axis];
+            rest /= self.counts[axis];
+            place
+        })
+    }
+
     /// Along which axes the first cell is next to the last.
     pub fn periodic(&self) -> S::Of<bool> {
         self.periodic

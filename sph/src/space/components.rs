@@ -6,7 +6,7 @@ pub trait Components: Copy {
     const COUNT: usize;
 
     /// An array of the components.
-    type Row: AsRef<[f64]> + for<'a> TryFrom<&'a [f64]>;
+    type Row: AsRef<[f64]> + AsMut<[f64]> + for<'a> TryFrom<&'a [f64]>;
 
     /// The components: those of a symmetric tensor are xx, yy, xy in the plane.
     fn row(self) -> Self::Row;

@@ -55,6 +55,20 @@ fn something_that_is_no_solver_is_recognised() {
 }
 
 #[test]
+fn a_fluid_in_processes_needs_the_program_beside_this_one() {
+    let bench = bench();
+    let case = bench.tank("case.toml", &[]);
+    let alone = bench.path("alone");
+    std::fs::copy(PROGRAM, &alone).unwrap();
+    let words = [
+        "fluid-server-mpi",
+        "cargo build --release -p fluid-server-mpi --features mpi",
+        "beside this program",
+    ];
+    Bench::new(text(&alone)).run_refused(&case, &["--fluid-ranks", "2"], 2, &words);
+}
+
+#[test]
 fn a_server_with_another_version_is_refused() {
     let bench = bench();
     let case = bench.tank("case.toml", &[]);

@@ -25,6 +25,8 @@ const STATUS_DEADLINE: Duration = Duration::from_millis(500);
 pub enum Source {
     /// This executable, run again with a hidden sub-command.
     Own,
+    /// The fluid server in so many processes, by the program beside this executable and `mpirun`.
+    Ranks(u16),
     /// Another program with its arguments; it takes `--listen ADDR` too and prints `LISTEN <addr>`. It ends with
     /// this process, whether or not it watches its standard input.
     Program(Vec<String>),
@@ -80,7 +82,20 @@ impl Server {
                 let (address, security) = (address.clone(), with.security.clone());
                 return Ok(Self { role, address, security, child: None });
             }
-            Source::Own => own_command(role, with)?,
+            Source::Own => {
+                let mut command = Command::new(this_program(role)?);
+                command.arg(format!("node-{role}"));
+                with_own_options(command, with.threads, with)
+            }
+            Source::Ranks(count) => {
+                let program = this_program(role)?.with_file_name(RANKS_PROGRAM);
+                if !program.is_file() {
+                    return Err(no_ranks_program(&program));
+                }
+                let mut command = Command::new(LAUNCHER);
+                command.args(["-n", &count.to_string()]).arg(program);
+                with_own_options(command, with.threads.div_ceil(usize::from(*count)), with)
+            }
             Source::Program(words) => {
                 let [program, arguments @ ..] = words.as_slice() else {
                     return Err(Failure::input(format!("the command of the {role} server is empty")));
@@ -91,7 +106,7 @@ impl Server {
             }
         };
         // Another program may have been given the user's token by its arguments.
-        let given = with.security.access().filter(|_| *source != Source::Own);
+        let given = with.security.access().filter(|_| matches!(source, Source::Program(_)));
         let fresh = given.is_none();
         let access = given.map_or_else(AccessToken::fresh, Ok).map_err(Failure::internal)?;
         let mut started = Started::spawn(role, command, with.logs, *source != Source::Own)?;
@@ -150,14 +165,28 @@ impl Server {
 
 const LISTEN: [&str; 2] = ["--listen", "127.0.0.1:0"];
 
-/// The command of one of our servers.
-fn own_command(role: Role, with: Launch<'_>) -> Result<Command, Failure> {
-    let own = std::env::current_exe().map_err(|e| {
-        Failure::server(format!("cannot find this executable to start the {role} server: {e}"))
-    })?;
-    let mut command = Command::new(own);
-    command.arg(format!("node-{role}")).args(LISTEN).args(["--exit-with-parent", "--token-stdin"]);
-    command.args(["--threads", &with.threads.to_string()]);
+/// Starts the processes of an MPI program.
+const LAUNCHER: &str = "mpirun";
+/// The fluid server in several processes.
+const RANKS_PROGRAM: &str = "fluid-server-mpi";
+
+fn this_program(role: Role) -> Result<PathBuf, Failure> {
+    std::env::current_exe()
+        .map_err(|e| Failure::server(format!("cannot find this executable to start the {role} server: {e}")))
+}
+
+fn no_ranks_program(program: &Path) -> Failure {
+    Failure::input(format!(
+        "`--fluid-ranks` needs the program `{}`, which is not there; build it with `cargo build --release -p \
+         {RANKS_PROGRAM} --features mpi`, which takes an MPI library, and put it beside this program",
+        program.display()
+    ))
+}
+
+/// The command of one of our servers with `threads` compute threads in each of its processes.
+fn with_own_options(mut command: Command, threads: usize, with: Launch<'_>) -> Command {
+    command.args(LISTEN).args(["--exit-with-parent", "--token-stdin"]);
+    command.args(["--threads", &threads.to_string()]);
     // It may have to dial a partner elsewhere.
     if let Some(authority) = &with.files.authority {
         command.arg("--partner-ca").arg(authority);
@@ -171,7 +200,7 @@ fn own_command(role: Role, with: Launch<'_>) -> Result<Command, Failure> {
     if let Some(path) = sph::lanes::forced() {
         command.args(["--arithmetic", path.option()]);
     }
-    Ok(command)
+    command
 }
 
 /// Whether what is sent to `address` stays on this machine or is encrypted.
@@ -198,7 +227,7 @@ impl Started {
             .map_err(|e| {
                 Failure::server(format!(
                     "cannot start the {role} server `{program}`: {e}; check the path given by --{role}-bin or by \
-                     `[servers]` of the case"
+                     `[servers]` of the case, and that of `{LAUNCHER}` for --{role}-ranks"
                 ))
             })?;
         let guard = child.id().filter(|_| guarded).map(Guard::start).transpose().map_err(|e| {

@@ -11,13 +11,11 @@ use sph::space::tensors::SpaceVector;
 use sph::tasks::any;
 
 use crate::neighbours::lists::Lists;
-use crate::parts::partition::{Partition, occupancy};
-use crate::parts::redistribution::redistribute;
 use crate::report::probes::energies_of;
 use crate::system::list_limits::PLANE_HALF_WIDTH;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::FluidSpace;
-use crate::system::state::{FluidState, StepStart};
+use crate::system::state::FluidState;
 use crate::time::energy_budget;
 
 /// Particles per task.
@@ -40,6 +38,8 @@ enum Departure {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 #[serde(bound(serialize = "", deserialize = ""))]
 struct Departed<S: Space> {
+    /// Its [`FluidState::place`].
+    place: u64,
     departure: Departure,
     id: u32,
     position: S::Vector,
@@ -101,6 +101,7 @@ pub fn remove_departed<S: FluidSpace, F: Fn(&FluidState<S>, usize) -> S::Vector 
     let departed: Vec<Option<Departure>> = (0..state.len()).map(|i| watch.departure(i)).collect();
     let of_particle = |(i, departure): (usize, &Option<Departure>)| {
         departure.map(|departure| Departed {
+            place: state.place(i),
             departure,
             id: state.id[i],
             position: state.position[i],
@@ -109,8 +110,10 @@ pub fn remove_departed<S: FluidSpace, F: Fn(&FluidState<S>, usize) -> S::Vector 
         })
     };
     let own: Vec<Departed<S>> = departed.iter().enumerate().filter_map(of_particle).collect();
+    let mut all = model.team.join(own, Vec::extend);
+    all.sort_by_key(|departed| departed.place);
     let mut offending = None;
-    for Departed { departure, id, position, momentum, energies } in model.team.join(own, Vec::extend) {
+    for Departed { departure, id, position, momentum, energies, .. } in all {
         match departure {
             Departure::Outflow => state.outflow += 1,
             Departure::Escaped => {
@@ -138,13 +141,7 @@ pub fn remove_departed<S: FluidSpace, F: Fn(&FluidState<S>, usize) -> S::Vector 
         }));
     }
     state.retain(|i| departed[i].is_none());
-    if !model.team.is_alone() {
-        // Parts own whole tasks of the particles that are left.
-        let order: Vec<u32> = (0u32..).take(state.len()).collect();
-        let partition = Partition::of(&model.team, occupancy(order.iter().map(|_| 0)));
-        redistribute(&model.team, &partition, state, &mut StepStart::default(), &order);
-        state.list_origin = None;
-    }
+    state.others = model.team.join(state.len(), |all, others| *all += others) - state.len();
     Ok(true)
 }
 

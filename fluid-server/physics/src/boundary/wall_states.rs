@@ -6,7 +6,7 @@ use sph::space::tensors::SpaceVector;
 use sph::tasks::for_each;
 
 use crate::neighbours::lists::Lists;
-use crate::neighbours::rows::Rows;
+use crate::neighbours::placement::Needs;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::walls::WallField;
@@ -35,8 +35,8 @@ impl<S: FluidSpace> WallStates<S> {
         if model.team.is_alone() {
             return particles;
         }
-        let answered = (0..particles.len().min(self.field.position.len()))
-            .filter(|w| lists.answers_for(model, &self.field.position[*w]));
+        let count = particles.len().min(self.field.position.len());
+        let answered = (0..count).filter(|w| lists.placement().answers_for(model, &self.field.position[*w]));
         let state = |w: usize| {
             let p = &particles[w];
             (w, (p.position(), p.velocity(), [p.density(), p.pressure(), p.volume()]))
@@ -48,7 +48,7 @@ impl<S: FluidSpace> WallStates<S> {
         particles
     }
 
-    /// Fills the state of each wall particle from the fluid around it at `time` \[s\].
+    /// Fills the state of each wall particle with such `needs` from the fluid around it at `time` \[s\].
     ///
     /// ```text
     /// p_w = Σ [p_j + ρ_j (f − a_w)·(x_w − x_j)] W_wj / Σ W_wj                                Eq. (28)
@@ -62,10 +62,15 @@ impl<S: FluidSpace> WallStates<S> {
         &mut self,
         geometry: G,
         model: &FluidModel<S>,
-        fluid_of_walls: &Rows,
+        lists: &Lists<S>,
+        needs: Needs,
         fluid: &[S::Particle],
         time: f64,
     ) {
+        let (placement, fluid_of_walls) = (lists.placement(), &lists.fluid_of_walls);
+        if needs == Needs::Copies && placement.halo().is_none() {
+            return;
+        }
         let Self { field, particles } = self;
         // The last one does not act: it pads batches of neighbours.
         particles.resize(model.walls.len() + 1, S::Particle::default());
@@ -74,6 +79,9 @@ impl<S: FluidSpace> WallStates<S> {
         particles[model.walls.len()] = inactive(&model.domain.lower);
         let body_force = model.body_force.at(time);
         for_each(&mut particles[..model.walls.len()], TASK, |w, particle| {
+            if placement.of_wall(w) != Some(needs) {
+                return;
+            }
             let x = &field.position[w];
             *particle = inactive(x);
             if !model.walls.acts(model.walls.wall[w], time) {

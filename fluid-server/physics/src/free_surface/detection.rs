@@ -56,36 +56,50 @@ fn cone_is_empty<S: FluidSpace, G: Geometry<S>>(
         && scene.wall_neighbours(i).all(|w| outside(&walls[w]))
 }
 
-/// Marks in `near` the own particles that lie at the surface or have one of its particles within their support, by place.
+/// Marks in `near` the particles that lie at the surface or have an own particle of it within their support, by place.
 pub fn mark_near<S: FluidSpace, G: Geometry<S>>(
     scene: &Scene<G, S>,
     at_surface: &[bool],
     near: &mut Vec<AtomicBool>,
 ) {
-    let Scene { geometry, model, lists, fluid, .. } = scene;
     near.clear();
-    near.resize_with(fluid.len(), AtomicBool::default);
-    let square_support = model.kernel.support_radius().powi(2);
+    near.resize_with(scene.fluid.len(), AtomicBool::default);
     let marks = &near[..];
     // The order of the marks does not matter.
     let mark = |i: usize| marks[i].store(true, Ordering::Relaxed);
-    let meet = |i: usize, j: usize| {
-        geometry.separation(&fluid[j].position(), &fluid[i].position()).norm_squared() < square_support
-    };
+    let meet = meeting(scene);
     let mark_around = |i: usize| {
         mark(i);
         scene.fluid_neighbours(i).filter(|j| meet(i, *j)).for_each(mark);
     };
     let own = scene.own();
     for_each_task(own.len(), TASK, (), &|particles, ()| {
-        particles.map(|k| own.start + k).filter(|i| at_surface[*i]).for_each(mark_around);
+        particles.filter(|i| at_surface[*i]).for_each(mark_around);
     });
+}
+
+/// Marks in `near` the own particles that have a copy of a particle at the surface within their support.
+pub fn mark_near_copies<S: FluidSpace, G: Geometry<S>>(
+    scene: &Scene<G, S>,
+    at_surface: &[bool],
+    near: &[AtomicBool],
+) {
+    let (own, meet) = (scene.own(), meeting(scene));
     // There are no rows of copies.
     let is_surface_copy = |j: &usize| at_surface[*j] && !own.contains(j);
-    for i in lists.border().iter().map(|k| own.start + *k as usize) {
+    for i in scene.lists.placement().border().iter().map(|i| *i as usize) {
         if scene.fluid_neighbours(i).filter(is_surface_copy).any(|j| meet(i, j)) {
-            mark(i);
+            near[i].store(true, Ordering::Relaxed);
         }
+    }
+}
+
+/// Whether the particles at two places lie within each other's support.
+fn meeting<'a, S: FluidSpace, G: Geometry<S>>(scene: &'a Scene<'a, G, S>) -> impl Fn(usize, usize) -> bool {
+    let Scene { geometry, model, fluid, .. } = scene;
+    let square_support = model.kernel.support_radius().powi(2);
+    move |i: usize, j: usize| {
+        geometry.separation(&fluid[j].position(), &fluid[i].position()).norm_squared() < square_support
     }
 }
 

@@ -323,7 +323,7 @@ impl<S: FluidSpace> FluidInterface<S> {
             let Some(i) = selection.member(k) else { return };
             let rho = own.density[k];
             let gradient = if model.needs_density_gradient() {
-                gradients.neighbour_fields[scene.first() + i].density_gradient()
+                gradients.neighbour_fields[i].density_gradient()
             } else {
                 S::splat(0.0)
             };

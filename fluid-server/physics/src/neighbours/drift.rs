@@ -60,19 +60,6 @@ impl<S: Space> Span<S> {
     }
 }
 
-/// Input of [`Drift::approach`].
-#[derive(Clone, Copy, Debug)]
-pub struct Moved<'a, S: Space> {
-    /// Positions \[m\], sorted by cells.
-    pub position: &'a [S::Vector],
-    /// Those when the lists were built \[m\].
-    pub origin: &'a [S::Vector],
-    /// Velocities \[m/s\].
-    pub velocity: &'a [S::Vector],
-    /// Time for which the particles keep these velocities \[s\].
-    pub ahead: f64,
-}
-
 impl<S: Space> Default for Drift<S> {
     fn default() -> Self {
         Self { counts: S::splat(0), near_wall: Vec::new(), seen: Vec::new(), boxes: Vec::new() }
@@ -159,15 +146,21 @@ impl<S: Space> Drift<S> {
     /// in each other's lists were farther apart than that; they come within support only when their displacements
     /// differ by more than the skin. With three cells or more between them they would have to differ by more than a
     /// cell and the skin, which is for the caller to exclude.
-    pub fn approach(&mut self, grid: &CellGrid<S>, moved: Moved<'_, S>) -> f64 {
+    ///
+    /// `moved` is the displacement of each particle since then, by its place in the order of cells, and the one to come
+    /// \[m\]; `None` for one that does not count.
+    pub fn approach(
+        &mut self,
+        grid: &CellGrid<S>,
+        moved: impl Fn(usize) -> Option<[S::Vector; 2]> + Sync,
+    ) -> f64 {
         let Self { counts, near_wall, boxes, .. } = self;
         boxes.resize(near_wall.len(), Span::empty());
         for_each(&mut boxes[..], TASK, |cell, span| {
             *span = Span::empty();
-            for i in grid.of_cell(cell) {
-                let u = moved.position[i] - moved.origin[i];
+            for [u, to_come] in grid.of_cell(cell).filter_map(&moved) {
                 span.add(&u);
-                span.add(&(u + moved.velocity[i] * moved.ahead));
+                span.add(&(u + to_come));
             }
         });
         let (boxes, counts) = (&*boxes, *counts);

@@ -4,14 +4,14 @@ use sph::coupling::stage::StageTime;
 use sph::neighbours::{Cells, bounds, largest_displacement};
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::SpaceVector;
-use sph::tasks::for_each;
+use sph::tasks::{for_each, map};
 
 use super::background_grid::{BackgroundGrid, NodeSpacings};
-use super::drift::{Drift, Moved};
+use super::drift::Drift;
+use super::placement::{PartRows, Placement};
 use super::rows::{Order, Padding, Rows, Search, Sources};
-use crate::parts::halo::Halo;
-use crate::parts::partition::{Partition, occupancy};
-use crate::parts::redistribution::redistribute;
+use crate::parts::balance::WORK_OF_PARTICLE;
+use crate::parts::reach::Reach;
 use crate::system::list_limits::{
     LARGEST_STAGE_MOVE, PLANE_HALF_WIDTH, Skins, farthest, skin_balance, skins,
 };
@@ -33,14 +33,8 @@ pub struct Lists<S: FluidSpace> {
     pub walls: Rows,
     /// Fluid neighbours of each wall particle.
     pub fluid_of_walls: Rows,
-    /// Where copies of particles of other parts lie.
-    halo: Halo,
-    /// Which particles the parts own.
-    partition: Partition,
-    /// Own particles that have copies among their neighbours.
-    border: Vec<u32>,
-    /// Positions of own particles and copies when the lists were built \[m\]; empty without copies.
-    placed: Vec<S::Vector>,
+    /// Which particles this part has, and where its copies of others lie.
+    placement: Placement<S>,
     /// Fluid by cells.
     fluid_sources: Sources<S>,
     /// Walls by cells.
@@ -71,10 +65,7 @@ impl<S: FluidSpace> Default for Lists<S> {
             fluid: Rows::default(),
             walls: Rows::default(),
             fluid_of_walls: Rows::default(),
-            halo: Halo::default(),
-            partition: Partition::default(),
-            border: Vec::new(),
-            placed: Vec::new(),
+            placement: Placement::default(),
             fluid_sources: Sources::new(Order::ByCell),
             wall_sources: Sources::new(Order::AsGiven),
             numbers: Vec::new(),
@@ -92,49 +83,64 @@ impl<S: FluidSpace> Default for Lists<S> {
 
 impl<S: FluidSpace> Lists<S> {
     /// Whether particles moved so far that the lists may miss a pair, now or after the moves to come; `displacement`
-    /// is the largest since the lists were built \[m\].
+    /// is the largest since the lists were built \[m\]. `None` where [`Lists::is_approached`] decides.
     ///
     /// Where particles have moved far, such as in a jet, their neighbours have moved alike: then relative displacements
     /// decide. They are evaluated only when the skin left at their last evaluation does not cover all moves since; the
-    /// result does not depend on when that is. `fluid` are the particles as pair sums read them, with copies.
+    /// result does not depend on when that is.
     pub fn outdated(
         &mut self,
         model: &FluidModel<S>,
         state: &FluidState<S>,
-        fluid: &[S::Particle],
         displacement: f64,
         moves: Moves,
         walls: &WallField<S>,
-    ) -> bool {
+    ) -> Option<bool> {
         let (skin, domain) = (state.list_skin, &model.domain);
-        let Some(origin) = state.list_origin.as_ref().filter(|_| self.current) else { return true };
+        if state.list_origin.is_none() || !self.current {
+            return Some(true);
+        }
         let displacement = displacement + moves.next();
         if model.walls.moves() || domain.is_periodic() {
             // Two particles approach by at most twice the largest displacement.
             let walls_moved = || largest_displacement(domain, &walls.position, &self.wall_origin);
-            return displacement > 0.5 * skin || (model.walls.moves() && walls_moved() > 0.5 * skin);
+            return Some(displacement > 0.5 * skin || (model.walls.moves() && walls_moved() > 0.5 * skin));
         }
         if displacement > farthest(model.constants.particle_spacing) {
-            return true;
+            return Some(true);
         }
         let growth = Drift::<S>::growth(moves.last + moves.next());
         self.remaining_skin = self.remaining_skin.map(|skin| skin - growth);
-        if self.remaining_skin.is_some_and(|skin| skin >= 0.0) {
-            return false;
-        }
-        let FluidState { position, velocity, .. } = state;
-        let (cells, ahead) = (self.fluid_sources.grid(), moves.ahead);
-        let approach = if model.team.is_alone() {
-            self.drift.approach(cells, Moved { position, origin: &origin.position, velocity, ahead })
+        self.remaining_skin.is_some_and(|skin| skin >= 0.0).then_some(false)
+    }
+
+    /// Whether two particles may have approached each other by more than the skin, now or after the moves to come. `fluid`
+    /// are the particles as pair sums read them, with copies.
+    pub fn is_approached(
+        &mut self,
+        model: &FluidModel<S>,
+        state: &FluidState<S>,
+        fluid: &[S::Particle],
+        moves: Moves,
+    ) -> bool {
+        let FluidState { position, velocity, list_origin, .. } = state;
+        let Some(origin) = list_origin else { return true };
+        let Self { fluid_sources, placement, drift, .. } = self;
+        let (cells, ahead) = (fluid_sources.grid(), moves.ahead);
+        let approach = if placement.halo().is_none() {
+            drift.approach(cells, |i| Some([position[i] - origin.position[i], velocity[i] * ahead]))
         } else {
-            // With copies, of which only the velocity that pair sums read is known: where moves are to come, it is their own.
-            let position: Vec<_> = fluid.iter().map(Packed::position).collect();
-            let velocity: Vec<_> = fluid.iter().map(Packed::velocity).collect();
-            let moved = Moved { position: &position, origin: &self.placed, velocity: &velocity, ahead };
-            model.team.largest(self.drift.approach(cells, moved))
+            // Of copies only the velocity that pair sums read is known: where moves are to come, it is their own.
+            let origin = placement.positions();
+            let own = drift.approach(cells, |place| {
+                let i = fluid_sources.given(place);
+                let [x, v] = [fluid[i].position(), fluid[i].velocity()];
+                placement.is_within(Reach::Walls, i).then(|| [x - origin[i], v * ahead])
+            });
+            model.team.largest(own)
         };
-        self.remaining_skin = Some(skin - approach);
-        approach > skin
+        self.remaining_skin = Some(state.list_skin - approach);
+        approach > state.list_skin
     }
 
     /// Sorts the particles by cells and builds the lists for the present state and for `moves` to come.
@@ -153,15 +159,14 @@ impl<S: FluidSpace> Lists<S> {
             self.fluid_sources.bin(&model.domain, &state.position, radius);
             let (order, integers) = self.fluid_sources.order_and_spare();
             state.reorder(base, order, Scratch { integers, numbers: &mut self.numbers });
+            self.placement.alone(model, self.fluid_sources.grid());
         } else {
-            let cells = self.bin_own(model, &state.position, state.total(), radius);
-            let grid = self.fluid_sources.grid();
-            let order = grid.order();
-            let sorted = occupancy(order.iter().map(|i| grid.cells()[*i as usize]));
-            self.partition = Partition::of(&model.team, sorted);
-            redistribute(&model.team, &self.partition, state, base, order);
-            self.halo = Halo::new(&model.team, &self.partition, &cells);
-            self.place_copies(model, cells, &state.position);
+            let cells = self.cells(model, &state.position, state.total(), radius);
+            let of_particle = map(state.len(), TASK, |i| cells.index(&model.domain, &state.position[i]));
+            // The lists are those of these particles, unless some have left: of others, then, which cost about the same.
+            let weight = |i: usize| self.fluid.work(i) + self.walls.work(i) + WORK_OF_PARTICLE as f64;
+            self.placement.divide(model, cells, of_particle, weight, state, base);
+            self.bin_copies(model, cells);
         }
         let origin = state.list_origin.get_or_insert_default();
         origin.time = time.state_time();
@@ -172,73 +177,64 @@ impl<S: FluidSpace> Lists<S> {
     }
 
     /// Builds the lists that belong to the state's origin unless they are present, as after a restore.
-    pub fn restore(&mut self, model: &FluidModel<S>, state: &FluidState<S>) {
-        if let (false, Some(origin)) = (self.current, &state.list_origin) {
-            let radius = radius(model, state.list_skin);
-            if model.team.is_alone() {
-                self.fluid_sources.bin(&model.domain, &origin.position, radius);
-            } else {
-                let cells = self.bin_own(model, &origin.position, state.total(), radius);
-                let sorted = occupancy(self.fluid_sources.grid().cells().iter().copied());
-                self.partition = Partition::as_it_is(&model.team, sorted);
-                self.halo = Halo::new(&model.team, &self.partition, &cells);
-                self.place_copies(model, cells, &origin.position);
-            }
+    pub fn restore(&mut self, model: &FluidModel<S>, state: &mut FluidState<S>) {
+        let (false, Some(origin)) = (self.current, &state.list_origin) else { return };
+        let radius = radius(model, state.list_skin);
+        if model.team.is_alone() {
+            self.fluid_sources.bin(&model.domain, &origin.position, radius);
+            self.placement.alone(model, self.fluid_sources.grid());
+        } else {
+            let cells = self.cells(model, &origin.position, state.total(), radius);
+            let of_particle = map(state.len(), TASK, |i| cells.index(&model.domain, &origin.position[i]));
+            self.placement.restore(model, cells, of_particle, state);
+            self.bin_copies(model, cells);
+        }
+        if let Some(origin) = &state.list_origin {
             self.build(model, origin, state.list_skin);
         }
     }
 
     /// To be called where the particles of this part are not those for which the lists were built.
     pub fn forget_particles(&mut self) {
-        (self.halo, self.partition) = (Halo::default(), Partition::default());
+        self.placement.forget_particles();
     }
 
     /// Gives back the memory. What is known of the parts stays, since the particles keep their places.
     pub fn release(&mut self) {
-        let (halo, partition) = (std::mem::take(&mut self.halo), std::mem::take(&mut self.partition));
+        self.placement.release();
         self.background.release();
-        let background = std::mem::take(&mut self.background);
-        *self = Self { halo, partition, background, ..Self::default() };
+        let (placement, background) =
+            (std::mem::take(&mut self.placement), std::mem::take(&mut self.background));
+        *self = Self { placement, background, ..Self::default() };
     }
 
-    /// Bins own particles at `position` \[m\] into the cells around the `total` particles of all parts.
-    fn bin_own(
-        &mut self,
-        model: &FluidModel<S>,
-        position: &[S::Vector],
-        total: usize,
-        radius: f64,
-    ) -> Cells<S> {
+    /// The cells around the `total` particles of all parts, of which own ones are at `position` \[m\].
+    fn cells(&self, model: &FluidModel<S>, position: &[S::Vector], total: usize, radius: f64) -> Cells<S> {
         let bounds = model.team.join(bounds::<S>(position), |[lower, upper], [low, high]| {
             (*lower, *upper) = (lower.inf(&low), upper.sup(&high));
         });
-        let cells = Cells::new(&model.domain, bounds, total, radius);
-        self.fluid_sources.bin_in(cells, &model.domain, position);
-        cells
+        Cells::new(&model.domain, bounds, total, radius)
     }
 
-    /// Places the copies beside own particles at `position` \[m\], and bins all of them.
-    fn place_copies(&mut self, model: &FluidModel<S>, cells: Cells<S>, position: &[S::Vector]) {
-        self.placed = self.halo.with_copies(&model.team, position);
-        self.fluid_sources.bin_in(cells, &model.domain, &self.placed);
+    /// Bins own particles and copies into `cells`.
+    fn bin_copies(&mut self, model: &FluidModel<S>, cells: Cells<S>) {
+        let Self { fluid_sources, placement, .. } = self;
+        fluid_sources.keep(Order::AsGiven);
+        fluid_sources.bin_in(cells, &model.domain, placement.positions());
+        fluid_sources.place(&model.domain, placement.positions());
+        fluid_sources.find_places();
     }
 
-    /// Where copies of particles of other parts lie.
+    /// Index of the particle at `place` in the order of cells.
     #[inline(always)]
-    pub fn halo(&self) -> &Halo {
-        &self.halo
+    pub fn in_cell_order(&self, place: usize) -> usize {
+        self.fluid_sources.given(place)
     }
 
-    /// Own particles that have copies among their neighbours, by their own indices.
-    pub fn border(&self) -> &[u32] {
-        &self.border
-    }
-
-    /// Whether this part holds all particles near `x` \[m\] and is the one that answers for what is there.
-    pub fn answers_for(&self, model: &FluidModel<S>, x: &S::Vector) -> bool {
-        let team = &model.team;
-        let cell = || self.fluid_sources.grid().shape().index(&model.domain, x);
-        team.is_alone() || self.partition.owner_of_cell(cell()) == team.rank()
+    /// Which particles this part has, and where its copies of others lie.
+    #[inline(always)]
+    pub fn placement(&self) -> &Placement<S> {
+        &self.placement
     }
 
     /// The only particles that can have passed a wall, when none has moved by more than the root of `square` \[m²\]
@@ -282,6 +278,7 @@ impl<S: FluidSpace> Lists<S> {
             + self.is_near.capacity()
             + self.background.bytes()
             + self.drift.bytes()
+            + self.placement.bytes()
     }
 
     /// Places the nodes over the fluid for `step`. They move with the number of the step and not with the builds of lists,
@@ -324,7 +321,8 @@ impl<S: FluidSpace> Lists<S> {
         } else {
             self.fill(model, Open, fluid, radius(model, skin));
         }
-        self.find_border(fluid.len());
+        let Self { fluid: of_fluid, walls, fluid_of_walls, wall_origin, placement, .. } = self;
+        placement.find_needs(model, PartRows { fluid: of_fluid, walls, fluid_of_walls }, wall_origin);
         self.remaining_skin = None;
         self.find_near_walls(model, fluid, skin);
         self.background_period = None;
@@ -343,24 +341,12 @@ impl<S: FluidSpace> Lists<S> {
             ..
         } = self;
         let search = Search { arithmetic: model.arithmetic, geometry, domain: &model.domain, radius };
-        let (walls, placed) = (&wall_origin[..], &self.placed[..]);
-        let sources = if model.team.is_alone() { fluid } else { placed };
+        let walls = &wall_origin[..];
+        let sources = if model.team.is_alone() { fluid } else { self.placement.positions() };
         // The last wall particle does not act. Indices are of 32 bits.
-        let first = self.halo.before() as u32;
-        fluid_rows.build(&search, of_fluid, sources, fluid, Padding::Target(first));
+        fluid_rows.build(&search, of_fluid, sources, fluid, Padding::Target);
         wall_rows.build(&search, of_walls, walls, fluid, Padding::Index(walls.len() as u32));
         fluid_of_walls.build(&search, of_fluid, sources, walls, Padding::Index(u32::MAX));
-    }
-
-    /// Finds which of `own` particles have copies among their neighbours.
-    fn find_border(&mut self, own: usize) {
-        self.border.clear();
-        let places = self.halo.places(own);
-        if places > own {
-            let inner = self.halo.own(places);
-            let is_border = |k: &u32| self.fluid.neighbours(*k as usize).any(|j| !inner.contains(&j));
-            self.border.extend((0u32..).take(own).filter(is_border));
-        }
     }
 }
 

@@ -4,5 +4,6 @@ pub mod background_grid;
 pub mod batch;
 pub mod drift;
 pub mod lists;
+pub mod placement;
 pub mod rows;
 pub mod scene;

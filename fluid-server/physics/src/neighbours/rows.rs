@@ -31,18 +31,13 @@ const fn set_bits() -> [[u32; WIDTH]; 16] {
 }
 
 /// Padding of the last batch of a row: a neighbour that adds nothing to a sum.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Padding {
-    /// The target itself, which is left out of its own row; this is the index of target 0 among the sources.
-    Target(u32),
+    /// The target itself, which is left out of its own row; targets are the first sources.
+    #[default]
+    Target,
     /// This index, beyond the sources.
     Index(u32),
-}
-
-impl Default for Padding {
-    fn default() -> Self {
-        Self::Target(0)
-    }
 }
 
 /// Indices of the sources.
@@ -62,6 +57,8 @@ pub struct Sources<S: Space> {
     grid: CellGrid<S>,
     /// Positions in that order \[m\], where the owner of the sources keeps another.
     position: Vec<S::Vector>,
+    /// Place of each source in that order, where it is needed.
+    places: Vec<u32>,
 }
 
 impl<S: Space> Sources<S> {
@@ -75,6 +72,20 @@ impl<S: Space> Sources<S> {
         self.grid.renew(domain, positions, radius);
     }
 
+    /// Keeps the order of the sources from here on, which are binned again.
+    pub fn keep(&mut self, kept: Order) {
+        self.kept = kept;
+    }
+
+    /// Index of the source at `place` in the order of cells.
+    #[inline(always)]
+    pub fn given(&self, place: usize) -> usize {
+        match self.kept {
+            Order::AsGiven => self.grid.order()[place] as usize,
+            Order::ByCell => place,
+        }
+    }
+
     /// Bins `positions` \[m\] into `cells`.
     pub fn bin_in(&mut self, cells: Cells<S>, domain: &Domain<S>, positions: &[S::Vector]) {
         self.grid.renew_in(cells, domain, positions);
@@ -82,10 +93,18 @@ impl<S: Space> Sources<S> {
 
     /// Takes the positions \[m\] of the sources that were binned, unless their owner has sorted them.
     pub fn place(&mut self, domain: &Domain<S>, positions: &[S::Vector]) {
-        let Self { kept, grid, position } = self;
+        let Self { kept, grid, position, .. } = self;
         if *kept == Order::AsGiven {
             position.clear();
             position.extend(grid.order().iter().map(|given| domain.wrapped(&positions[*given as usize])));
+        }
+    }
+
+    /// Finds the places of the sources in the order of cells, for targets that are among them.
+    pub fn find_places(&mut self) {
+        self.places.resize(self.grid.order().len(), 0);
+        for (place, given) in (0u32..).zip(self.grid.order()) {
+            self.places[*given as usize] = place;
         }
     }
 
@@ -104,7 +123,9 @@ impl<S: Space> Sources<S> {
 
     /// Bytes in use, without the cells.
     pub fn bytes(&self) -> usize {
-        size_of::<S::Vector>() * self.position.capacity() + 8 * self.order().len()
+        size_of::<S::Vector>() * self.position.capacity()
+            + 4 * self.places.capacity()
+            + 8 * self.order().len()
     }
 
     /// [`Sources::order`], and memory for as many numbers that is free until the next binning.
@@ -157,10 +178,21 @@ impl Rows {
     /// The neighbours of target `i` one by one.
     pub fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
         let padding = match self.padding {
-            Padding::Target(first) => first as usize + i,
+            Padding::Target => i,
             Padding::Index(index) => index as usize,
         };
         self.of(i).as_flattened().iter().map(|j| *j as usize).filter(move |j| *j != padding)
+    }
+
+    /// Number of batches of target `i`; 0 where there is none.
+    pub fn work(&self, i: usize) -> f64 {
+        let chunk = self.chunks.get(i / TASK).filter(|chunk| i % TASK < chunk.ends.len());
+        chunk.map_or(0.0, |chunk| chunk.row(i % TASK).len() as f64)
+    }
+
+    /// Number of batches.
+    pub fn batches(&self) -> usize {
+        self.chunks.iter().map(|chunk| chunk.ends.last().map_or(0, |end| *end as usize)).sum()
     }
 
     /// Bytes in use.
@@ -170,8 +202,7 @@ impl Rows {
 
     /// All sources, which are at `given` \[m\], closer than the radius of `search` to each of `targets` \[m\].
     ///
-    /// With [`Padding::Target`] the targets are among the sources, sorted by cells already. Neighbours follow each other by
-    /// cell, then as in [`Sources::order`].
+    /// Neighbours follow each other by cell, then as in [`Sources::order`].
     pub fn build<S: Space, G: Geometry<S>>(
         &mut self,
         search: &Search<G, S>,
@@ -242,9 +273,11 @@ impl<S: Space, G: Geometry<S>> LanePass for Fill<'_, G, S> {
         for (k, target) in targets.iter().enumerate() {
             let target = domain.wrapped(target);
             let centre = S::splat_vector::<L>(&target);
-            let own = match padding {
-                Padding::Target(of_first) => of_first as usize + first + k,
-                Padding::Index(_) => usize::MAX,
+            // Its place in the order of cells.
+            let own = match (padding, sources.kept) {
+                (Padding::Target, Order::ByCell) => first + k,
+                (Padding::Target, Order::AsGiven) => sources.places[first + k] as usize,
+                (Padding::Index(_), _) => usize::MAX,
             };
             let start = used;
             let cell = sources.grid.cell(&target);
@@ -282,7 +315,7 @@ impl<S: Space, G: Geometry<S>> LanePass for Fill<'_, G, S> {
                 }
             }
             let fill = match padding {
-                Padding::Target(_) => own as u32,
+                Padding::Target => (first + k) as u32,
                 Padding::Index(index) => index,
             };
             if let Order::AsGiven = sources.kept {

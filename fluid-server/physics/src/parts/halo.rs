@@ -1,15 +1,15 @@
 //! The copies of particles of other parts that a part holds.
 //!
-//! Arrays of a part hold its own particles and its halo in the order of all particles; a part that is alone has no halo.
+//! Arrays of a part hold its own particles, then the copies by their owners; a part that is alone has no copies.
 
-use std::ops::Range;
-
-use sph::neighbours::Cells;
-use sph::space::Space;
 use sph::space::components::Components;
 
-use super::partition::Partition;
+use super::bricks::Bricks;
+use super::lattice::Lattice;
+use super::reach::Reach;
+use crate::system::packed_particle::FluidSpace;
 use crate::team::Team;
+use crate::team::transport::Channel;
 
 /// Most components of a quantity.
 const MOST_COMPONENTS: usize = 16;
@@ -17,91 +17,147 @@ const MOST_COMPONENTS: usize = 16;
 /// Where copies lie, and who gets which.
 #[derive(Clone, Debug, Default)]
 pub struct Halo {
-    /// Number of copies before the own particles.
-    before: usize,
-    /// Number of copies.
-    copies: usize,
+    /// Number of own particles, which come before the copies.
+    own: usize,
+    /// Cells between each copy and what this part owns, at least 1.
+    rings: Vec<u8>,
+    /// By [`Reach`].
+    routes: [Routes; 3],
+}
+
+/// Ways of copies from and to other parts.
+#[derive(Clone, Debug, Default)]
+struct Routes {
     /// Own particles that other parts hold copies of.
-    outgoing: Vec<(usize, Vec<Range<usize>>)>,
+    outgoing: Vec<(usize, Vec<u32>)>,
     /// Places of the copies by their owners.
-    incoming: Vec<(usize, Vec<Range<usize>>)>,
+    incoming: Vec<(usize, Vec<u32>)>,
 }
 
 impl Halo {
-    /// The halo of this part in `partition`, whose particles lie in `cells`.
-    pub fn new<S: Space>(team: &Team, partition: &Partition, cells: &Cells<S>) -> Self {
-        let (rank, own) = (team.rank(), partition.of_part(team.rank()));
-        let mut halo = Self::default();
-        let mut incoming: Vec<Vec<Range<usize>>> = vec![Vec::new(); team.size()];
-        let mut place = 0;
-        for range in partition.near(rank, cells) {
-            for (owner, range) in partition.by_owner(range) {
-                let end = place + range.len();
-                if owner != rank {
-                    halo.before += if range.end <= own.start { range.len() } else { 0 };
-                    halo.copies += range.len();
-                    incoming[owner].push(place..end);
+    /// The halo of this part, whose own particles lie in `cells` of `lattice`, among parts that own what `bricks` say.
+    pub fn new<S: FluidSpace>(team: &Team, lattice: &Lattice<S>, bricks: &Bricks<S>, cells: &[u32]) -> Self {
+        let shape = lattice.cells();
+        let periods: Vec<Option<usize>> =
+            (0..S::DIMENSIONS).map(|axis| shape.periodic()[axis].then_some(shape.counts()[axis])).collect();
+        let own_box = bricks.cells(lattice, team.rank());
+        let mut halo = Self { own: cells.len(), ..Self::default() };
+        // Both of two parts find that they are near.
+        let near: Vec<_> = (0..team.size())
+            .filter(|part| *part != team.rank())
+            .map(|part| (part, bricks.cells(lattice, part)))
+            .filter(|(_, other)| {
+                !own_box.is_empty()
+                    && !other.is_empty()
+                    && own_box.distance(other.places(), &periods) <= Reach::FARTHEST.rings()
+            })
+            .collect();
+        for (part, other) in &near {
+            let mut given: Vec<(u32, u8)> = Vec::new();
+            let mut last: Option<(u32, usize)> = None;
+            for (i, cell) in (0u32..).zip(cells) {
+                let distance = match last {
+                    Some((known, distance)) if known == *cell => distance,
+                    _ => {
+                        let place = shape.place(*cell);
+                        let places: Vec<_> =
+                            (0..S::DIMENSIONS).map(|axis| place[axis]..place[axis] + 1).collect();
+                        other.distance(&places, &periods)
+                    }
+                };
+                last = Some((*cell, distance));
+                if distance <= Reach::FARTHEST.rings() {
+                    // At most three.
+                    given.push((i, distance as u8));
                 }
-                place = end;
+            }
+            team.send(*part, Channel::Copies, given.iter().map(|(_, ring)| *ring).collect());
+            for reach in Reach::ALL {
+                let within = given.iter().filter(|(_, ring)| usize::from(*ring) <= reach.rings());
+                let outgoing: Vec<u32> = within.map(|(i, _)| *i).collect();
+                if !outgoing.is_empty() {
+                    halo.routes[reach.rings() - 1].outgoing.push((*part, outgoing));
+                }
             }
         }
-        halo.incoming = incoming.into_iter().enumerate().filter(|(_, places)| !places.is_empty()).collect();
-        for part in (0..team.size()).filter(|part| *part != rank) {
-            let of_own = |range: Range<usize>| range.start.max(own.start)..range.end.min(own.end);
-            let ranges = partition.near(part, cells).into_iter().map(of_own);
-            let ranges: Vec<_> = ranges
-                .filter(|range| !range.is_empty())
-                .map(|range| range.start - own.start..range.end - own.start)
-                .collect();
-            if !ranges.is_empty() {
-                halo.outgoing.push((part, ranges));
+        for (part, _) in &near {
+            let taken = team.receive(*part, Channel::Copies);
+            for reach in Reach::ALL {
+                // Indices of particles are of 32 bits.
+                let places = (halo.places() as u32..).zip(&taken);
+                let within = places.filter(|(_, ring)| usize::from(**ring) <= reach.rings());
+                let incoming: Vec<u32> = within.map(|(place, _)| place).collect();
+                if !incoming.is_empty() {
+                    halo.routes[reach.rings() - 1].incoming.push((*part, incoming));
+                }
             }
+            halo.rings.extend(taken);
         }
         halo
     }
 
-    /// Number of copies before the own particles, which is the place of the first of them.
-    pub fn before(&self) -> usize {
-        self.before
+    /// Number of own particles, which come before the copies.
+    pub fn own(&self) -> usize {
+        self.own
     }
 
-    /// The places of the own particles among all `places`.
+    /// Number of copies.
+    pub fn copies(&self) -> usize {
+        self.rings.len()
+    }
+
+    /// Number of own particles and copies.
+    pub fn places(&self) -> usize {
+        self.own + self.rings.len()
+    }
+
+    /// Whether the particle at `place` is an own one or a copy within `reach`.
     #[inline(always)]
-    pub fn own(&self, places: usize) -> Range<usize> {
-        self.before..self.before + places - self.copies
+    pub fn is_within(&self, reach: Reach, place: usize) -> bool {
+        place < self.own || usize::from(self.rings[place - self.own]) <= reach.rings()
     }
 
-    /// Number of places for `own` particles and the copies.
-    pub fn places(&self, own: usize) -> usize {
-        own + self.copies
+    fn routes(&self, reach: Reach) -> &Routes {
+        &self.routes[reach.rings() - 1]
     }
 
-    /// Sends what `write` appends for each own particle to the parts that hold copies of it.
-    pub fn send(&self, team: &Team, write: impl Fn(usize, &mut Vec<u8>)) {
-        for (part, ranges) in &self.outgoing {
+    /// Sends what `write` appends for each own particle to the parts that hold copies of it within `reach`.
+    pub fn send(&self, team: &Team, reach: Reach, write: impl Fn(usize, &mut Vec<u8>)) {
+        for (part, particles) in &self.routes(reach).outgoing {
             let mut message = Vec::new();
-            ranges.iter().cloned().flatten().for_each(|i| write(i, &mut message));
-            team.send(*part, message);
+            for (k, i) in particles.iter().enumerate() {
+                write(*i as usize, &mut message);
+                if k == 0 {
+                    // All particles take the same room.
+                    message.reserve_exact((particles.len() - 1) * message.len());
+                }
+            }
+            team.send(*part, Channel::Copies, message);
         }
     }
 
     /// Waits for what the others have sent, and calls `read` for the place of each copy with what comes next.
-    pub fn receive(&self, team: &Team, mut read: impl FnMut(usize, &mut Bytes)) {
-        for (part, places) in &self.incoming {
-            let message = team.receive(*part);
+    pub fn receive(&self, team: &Team, reach: Reach, mut read: impl FnMut(usize, &mut Bytes)) {
+        for (part, places) in &self.routes(reach).incoming {
+            let message = team.receive(*part, Channel::Copies);
             let mut bytes = Bytes(&message);
-            places.iter().cloned().flatten().for_each(|place| read(place, &mut bytes));
+            places.iter().for_each(|place| read(*place as usize, &mut bytes));
         }
     }
 
-    /// The values of `own` particles with those of the copies.
+    /// The values of `own` particles with those of all copies.
     pub fn with_copies<C: Components + Default>(&self, team: &Team, own: &[C]) -> Vec<C> {
-        let mut values = vec![C::default(); self.places(own.len())];
-        let places = self.own(values.len());
-        values[places].copy_from_slice(own);
-        self.send(team, |i, message| put(message, own[i]));
-        self.receive(team, |place, bytes| values[place] = bytes.take());
+        let mut values = vec![C::default(); self.places()];
+        values[..own.len()].copy_from_slice(own);
+        self.send(team, Reach::FARTHEST, |i, message| put(message, own[i]));
+        self.receive(team, Reach::FARTHEST, |place, bytes| values[place] = bytes.take());
         values
+    }
+
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        let ways = self.routes.iter().flat_map(|routes| routes.outgoing.iter().chain(&routes.incoming));
+        self.rings.capacity() + ways.map(|(_, particles)| 4 * particles.capacity()).sum::<usize>()
     }
 }
 

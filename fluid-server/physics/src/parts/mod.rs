@@ -1,17 +1,23 @@
 //! One fluid in several parts, each with its own particles, that give the bits of one fluid.
 //!
-//! The particles of all parts have one order, that of the cells of a grid over all of them, and a part owns a run of whole
-//! tasks of it. Around its own particles it holds copies of those of other parts, its halo, also in that order:
-//! neighbours follow each other as they do in one fluid, and every particle gathers the same sums. Sums over all
-//! particles add those of tasks in pairs. What is decided for all, such as whether to build lists, follows from numbers
-//! that all parts agree on.
+//! The particles of all parts have one order, that of the cells of a grid over all of them. A part owns those of whole runs
+//! of cells, in a box, and holds copies of those of other parts around it. Its neighbour lists follow that order: every
+//! particle gathers the same sums as in one fluid. Sums over all particles are made of those of runs, and add them exactly,
+//! so that it does not matter which part has them. What is decided for all, such as whether to build lists, follows from
+//! numbers that all parts agree on.
 //!
 //! ```text
-//! partition       which particles a part owns, and which it holds copies of
-//! halo            the copies
+//! lattice         cells, and the runs of them that have one owner
+//! reach           how far from its own cells a part holds copies
+//! bricks          which part owns what is where
+//! balance         what the particles of each part cost
 //! redistribution  particles change their owner when lists are built
+//! halo            the copies
 //! ```
 
+pub mod balance;
+pub mod bricks;
 pub mod halo;
-pub mod partition;
+pub mod lattice;
+pub mod reach;
 pub mod redistribution;

@@ -2,65 +2,78 @@
 
 use std::ops::Range;
 
-use super::partition::Partition;
+use serde::{Deserialize, Serialize};
+
+use super::bricks::Bricks;
+use super::lattice::Lattice;
 use crate::system::packed_particle::FluidSpace;
 use crate::system::state::{FluidState, Scratch, StepStart};
 use crate::team::Team;
 
-/// Gives each part the particles that `partition` gives it, in order. `order` is that of its own particles in their
-/// pieces: entry k is the index of particle k.
+/// The particles of `part` among `total`, of which `size` parts have equal numbers before the first lists.
+pub fn share(total: usize, part: usize, size: usize) -> Range<usize> {
+    total * part / size..total * (part + 1) / size
+}
+
+/// Particles that one part gives to another, with their cells.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(bound(serialize = "", deserialize = ""))]
+struct Given<S: FluidSpace> {
+    cells: Vec<u32>,
+    state: FluidState<S>,
+    base: StepStart<S>,
+}
+
+/// Gives each part what it owns by `bricks`, in the order of all particles: by cell, within a cell as before. Own particle
+/// i lies in the cell `cells[i]` of `lattice`; returns the cells of those that this part has then.
 pub fn redistribute<S: FluidSpace>(
     team: &Team,
-    partition: &Partition,
+    lattice: &Lattice<S>,
+    bricks: &Bricks<S>,
+    mut cells: Vec<u32>,
     state: &mut FluidState<S>,
     base: &mut StepStart<S>,
-    order: &[u32],
-) {
-    let (rank, size) = (team.rank(), team.size());
-    let own = partition.of_part(rank);
-    // What each part gets of the particles of this one, as ranges of `order`; what this one gets of each.
-    let mut given: Vec<Range<usize>> = vec![0..0; size];
-    let mut taken: Vec<(usize, usize)> = Vec::new();
-    let mut next = 0;
-    for piece in partition.pieces() {
-        for (owner, range) in partition.by_owner(piece.first..piece.first + piece.count) {
-            if piece.part == rank {
-                if given[owner].is_empty() {
-                    given[owner] = next..next;
-                }
-                next += range.len();
-                given[owner].end = next;
-            }
-            if owner == rank {
-                taken.push((piece.part, range.len()));
-            }
-        }
+) -> Vec<u32> {
+    let total = state.total();
+    let mut given: Vec<Vec<u32>> = vec![Vec::new(); team.size()];
+    // Most particles lie in the run of the one before.
+    let mut last: Option<(u32, usize)> = None;
+    for (i, cell) in (0u32..).zip(&cells) {
+        let owner = match last {
+            Some((known, owner)) if known == *cell => owner,
+            _ => bricks.owner(&lattice.middle_of(*cell)),
+        };
+        last = Some((*cell, owner));
+        given[owner].push(i);
     }
-    for (part, range) in given.iter().enumerate().filter(|(part, range)| *part != rank && !range.is_empty()) {
-        team.send_value(part, &state.some(base, &order[range.clone()]));
+    let mut order = std::mem::take(&mut given[team.rank()]);
+    let receivers: Vec<usize> = (0..team.size()).filter(|part| !given[*part].is_empty()).collect();
+    let all_receivers = team.all(receivers.clone());
+    for part in receivers {
+        let (state, base) = state.some(base, &given[part]);
+        let cells = given[part].iter().map(|i| cells[*i as usize]).collect();
+        team.send_value(part, &Given { cells, state, base });
     }
-    // Those of each part follow each other behind the own ones.
-    let mut firsts = vec![0; size];
-    for part in (0..size).filter(|part| *part != rank) {
-        firsts[part] = state.len();
-        if taken.iter().any(|(from, _)| *from == part) {
-            let (others, others_base) = team.receive_value(part);
-            state.append(base, others, others_base);
-        }
-    }
-    let mut new_order = Vec::with_capacity(own.len());
-    let mut kept = order[given[rank].clone()].iter().copied();
-    for (part, count) in taken {
-        if part == rank {
-            new_order.extend(kept.by_ref().take(count));
-        } else {
+    for (part, receivers) in all_receivers.iter().enumerate() {
+        if receivers.contains(&team.rank()) {
+            let taken: Given<S> = team.receive_value(part);
             // Indices of particles are of 32 bits.
-            new_order.extend((firsts[part]..firsts[part] + count).map(|i| i as u32));
-            firsts[part] += count;
+            order.extend((state.len() as u32..).take(taken.state.len()));
+            cells.extend(taken.cells);
+            state.append(base, taken.state, taken.base);
         }
     }
-    let scratch = Scratch { integers: &mut Vec::new(), numbers: &mut Vec::new() };
-    state.reorder(base, &new_order, scratch);
-    state.first = own.start;
-    state.others = partition.total() - own.len();
+    order.sort_by_key(|i| (cells[*i as usize], state.order[*i as usize]));
+    state.reorder(base, &order, Scratch { integers: &mut Vec::new(), numbers: &mut Vec::new() });
+    let cells: Vec<u32> = order.iter().map(|i| cells[*i as usize]).collect();
+    state.order = numbered(&cells).collect();
+    state.others = total - order.len();
+    cells
+}
+
+/// The place of each particle among all, by the ascending `cells` in which they lie: all of a cell are there.
+fn numbered(cells: &[u32]) -> impl Iterator<Item = u64> + '_ {
+    cells.chunk_by(|a, b| a == b).flat_map(|of_cell| {
+        (0..).zip(of_cell).map(|(place, cell): (u64, _)| (u64::from(*cell) << 32) + place)
+    })
 }

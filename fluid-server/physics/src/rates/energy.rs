@@ -5,10 +5,10 @@
 
 use std::ops::AddAssign;
 
-use serde::{Deserialize, Serialize};
 use sph::coupling::ledger::{EnergyAccount, EnergyValues};
 use sph::prescribed::motion::MotionState;
 use sph::space::tensors::SpaceVector;
+use sph::sums::Numbers;
 
 use crate::equations::pair::PairParts;
 use crate::system::packed_particle::FluidSpace;
@@ -29,7 +29,7 @@ pub struct EnergyInput<'a, S: FluidSpace> {
 }
 
 /// Powers on the fluid \[W/m\], summed over particles.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct ForcePowers {
     /// Pressure and viscous stress.
     pub pressure: f64,
@@ -78,6 +78,31 @@ impl AddAssign for ForcePowers {
         self.walls += other.walls;
         self.damper += other.damper;
         self.stress += other.stress;
+    }
+}
+
+impl Numbers for ForcePowers {
+    fn each(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        let Self {
+            pressure,
+            artificial_viscosity,
+            drag,
+            clumping,
+            repulsion,
+            body_force,
+            damping,
+            tension,
+            advection,
+            shifted,
+            scheme,
+            walls,
+            damper,
+            stress,
+        } = self;
+        [pressure, artificial_viscosity, drag, clumping, repulsion, body_force, damping]
+            .into_iter()
+            .for_each(&mut *visit);
+        [tension, advection, shifted, scheme, walls, damper, stress].into_iter().for_each(&mut *visit);
     }
 }
 

@@ -22,6 +22,7 @@ use crate::equations::viscosity::corrected;
 use crate::free_surface::detection::Surface;
 use crate::free_surface::shifting::RegularisationSums;
 use crate::neighbours::batch::NeighbourBatch;
+use crate::neighbours::placement::Needs;
 use crate::neighbours::scene::Scene;
 use crate::system::model::{FluidModel, Viscosity};
 use crate::system::packed_particle::{FluidSpace, NeighbourFields, Packed};
@@ -40,13 +41,14 @@ pub enum PartnerDensity {
 }
 
 impl<S: FluidSpace> Gradients<S> {
-    /// Sums of own particles over fluid and walls, and what follows from them.
+    /// Sums of own particles with such `needs` over fluid and walls, and what follows from them.
     ///
     /// Walls enter with their density by Eq. (28) and their velocity by Eq. (27). With a `partner` the sums are kept,
     /// so that its particles can be added. With leapfrog the density rates go to `rates`.
     pub fn accumulate<G: Geometry<S>>(
         &mut self,
         scene: &Scene<G, S>,
+        needs: Needs,
         partner: Partner,
         rates: &mut Vec<Rates<S>>,
     ) {
@@ -57,17 +59,23 @@ impl<S: FluidSpace> Gradients<S> {
         self.resize(model, scene.fluid.len(), partner);
         rates.resize(scene.own().len(), Rates::default());
         match (model.regularises(), model.needs_moments(), model.needs_velocity_gradient()) {
-            (true, ..) => self.gather(scene, Selected::<true, true, true>, rates),
-            (false, true, true) => self.gather(scene, Selected::<true, true, false>, rates),
-            (false, true, false) => self.gather(scene, Selected::<true, false, false>, rates),
-            (false, false, _) => self.gather(scene, Selected::<false, true, false>, rates),
+            (true, ..) => self.gather(scene, Selected::<true, true, true>, needs, rates),
+            (false, true, true) => self.gather(scene, Selected::<true, true, false>, needs, rates),
+            (false, true, false) => self.gather(scene, Selected::<true, false, false>, needs, rates),
+            (false, false, _) => self.gather(scene, Selected::<false, true, false>, needs, rates),
         }
     }
 
-    fn gather<G: Geometry<S>, W: SumSelection>(&mut self, scene: &Scene<G, S>, _: W, rates: &mut [Rates<S>]) {
-        let arithmetic = scene.model.arithmetic;
+    fn gather<G: Geometry<S>, W: SumSelection>(
+        &mut self,
+        scene: &Scene<G, S>,
+        _: W,
+        needs: Needs,
+        rates: &mut [Rates<S>],
+    ) {
+        let (arithmetic, placement) = (scene.model.arithmetic, scene.lists.placement());
         let results = self.results(scene.model, scene.own(), rates);
-        for_each_task(scene.own().len(), results, &|particles, results| {
+        placement.groups().for_each(placement.groups_with(needs), results, &|particles, results| {
             let selection = PhantomData::<W>;
             arithmetic.run(Gather {
                 scene,
@@ -92,7 +100,7 @@ impl<S: FluidSpace> Gradients<S> {
         merged.clear();
         merged.resize(members.len(), None);
         for_each(&mut merged[..], MERGE_TASK, |k, merged| {
-            let i = scene.first() + members[k] as usize;
+            let i = members[k] as usize;
             let mut sums = self.sums[i];
             sums.merge(&partner[k]);
             let mut finished = finish(scene, i, &sums);
@@ -105,7 +113,7 @@ impl<S: FluidSpace> Gradients<S> {
         });
         for (k, (sums, finished)) in members.iter().zip(merged.iter().flatten()) {
             let k = *k as usize;
-            self.sums[scene.first() + k] = *sums;
+            self.sums[k] = *sums;
             self.results(scene.model, scene.own(), rates).put(k, finished);
         }
         self.merged = merged;
@@ -149,7 +157,7 @@ impl<S: FluidSpace, G: Geometry<S>, W: SumSelection> LanePass for Gather<'_, G, 
         // A round of its own for square roots and divisions: many of them are under way at a time.
         let mut prepared = [SumBatch::<S, L>::nothing(); BATCHES];
         for k in 0..count {
-            let i = scene.first() + first + k;
+            let i = first + k;
             let motion = fluid[i].splat_motion();
             let rho = L::splat(fluid[i].density());
             let mut sums = LaneSums::<S, L>::zero();

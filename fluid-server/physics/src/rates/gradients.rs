@@ -9,10 +9,11 @@ use sph::space::geometry::Geometry;
 use super::particle_rates::Rates;
 use crate::equations::correction::in_momentum;
 use crate::equations::neighbour_sums::NeighbourSums;
-use crate::free_surface::detection::mark_near;
+use crate::free_surface::detection::{mark_near, mark_near_copies};
 use crate::free_surface::shifting::RegularisationSums;
 use crate::neighbours::scene::Scene;
 use crate::parts::halo::put as put_in;
+use crate::parts::reach::Reach;
 use crate::system::model::{FluidModel, Viscosity};
 use crate::system::packed_particle::{FluidSpace, NeighbourFields};
 use crate::system::tasks::split_by_field;
@@ -151,12 +152,11 @@ impl<S: FluidSpace> Gradients<S> {
         }
     }
 
-    /// Renews what neighbours read of the copies of particles of other parts.
-    pub fn exchange_copies<G: Geometry<S>>(&mut self, scene: &Scene<G, S>) {
-        let (team, halo, first) = (&scene.model.team, scene.lists.halo(), scene.first());
+    /// Sends what neighbours read of own particles to the parts that hold copies of them.
+    pub fn send_copies<G: Geometry<S>>(&self, scene: &Scene<G, S>) {
+        let Some(halo) = scene.lists.placement().halo() else { return };
         let Self { neighbour_fields, at_surface, tensor, momentum_correction, viscosity, .. } = self;
-        halo.send(team, |k, message| {
-            let i = first + k;
+        halo.send(&scene.model.team, Reach::Neighbours, |i, message| {
             if let Some(fields) = neighbour_fields.get(i) {
                 put_in(message, [fields.damper(), fields.eigenvalue()]);
                 put_in(message, S::vector(fields.density_gradient()));
@@ -174,7 +174,13 @@ impl<S: FluidSpace> Gradients<S> {
                 put_in(message, *viscosity);
             }
         });
-        halo.receive(team, |place, message| {
+    }
+
+    /// Waits for what neighbours read of copies.
+    pub fn receive_copies<G: Geometry<S>>(&mut self, scene: &Scene<G, S>) {
+        let Self { neighbour_fields, at_surface, tensor, momentum_correction, viscosity, .. } = self;
+        let Some(halo) = scene.lists.placement().halo() else { return };
+        halo.receive(&scene.model.team, Reach::Neighbours, |place, message| {
             if let Some(fields) = neighbour_fields.get_mut(place) {
                 let [damper, eigenvalue] = message.take();
                 let gradient: S::Vector = message.take();
@@ -195,10 +201,28 @@ impl<S: FluidSpace> Gradients<S> {
         });
     }
 
-    /// Finds the particles near the free surface at their present positions, in a case with particle regularisation.
+    /// Learns of all copies which of them lie at the free surface, not of those alone that are neighbours.
+    pub fn exchange_surface<G: Geometry<S>>(&mut self, scene: &Scene<G, S>) {
+        let Some(halo) = scene.lists.placement().halo() else { return };
+        let (team, at_surface) = (&scene.model.team, &mut self.at_surface);
+        if !at_surface.is_empty() {
+            halo.send(team, Reach::Nodes, |i, message| message.push(u8::from(at_surface[i])));
+            halo.receive(team, Reach::Nodes, |place, message| at_surface[place] = message.flag());
+        }
+    }
+
+    /// Finds the particles near own ones at the free surface, at their present positions, in a case with particle
+    /// regularisation.
     pub fn find_near_surface<G: Geometry<S>>(&mut self, scene: &Scene<G, S>) {
         if scene.model.regularises() {
             mark_near(scene, &self.at_surface, &mut self.near_surface);
+        }
+    }
+
+    /// Finds the particles near copies at the free surface, once these have arrived.
+    pub fn find_near_surface_copies<G: Geometry<S>>(&mut self, scene: &Scene<G, S>) {
+        if scene.model.regularises() {
+            mark_near_copies(scene, &self.at_surface, &self.near_surface);
         }
     }
 

@@ -2,9 +2,9 @@
 
 use std::ops::AddAssign;
 
-use serde::{Deserialize, Serialize};
 use sph::coupling::stage::Stage;
 use sph::space::{Plane, Space};
+use sph::sums::{Numbers, each_of};
 
 use super::energy::ForcePowers;
 use crate::system::model::FluidModel;
@@ -46,8 +46,7 @@ pub struct Rates<S: Space = Plane> {
 }
 
 /// Sums over the particles of one task: forces \[N/m\], and torques about the domain's torque origin \[N\].
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-#[serde(bound(serialize = "", deserialize = ""))]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct ExternalForces<S: Space = Plane> {
     /// Body force.
     pub body: Wrench<S>,
@@ -61,19 +60,20 @@ pub struct ExternalForces<S: Space = Plane> {
     pub powers: ForcePowers,
 }
 
-impl<S: Space> AddAssign for ExternalForces<S> {
-    fn add_assign(&mut self, other: Self) {
-        self.body += other.body;
-        self.walls += other.walls;
-        self.stabilisers += other.stabilisers;
-        self.own_torque += other.own_torque;
-        self.powers += other.powers;
+impl<S: Space> Numbers for ExternalForces<S> {
+    fn each(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        let Self { body, walls, stabilisers, own_torque, powers } = self;
+        for Wrench { force, torque } in [body, walls, stabilisers] {
+            each_of(force, visit);
+            each_of(torque, visit);
+        }
+        each_of(own_torque, visit);
+        powers.each(visit);
     }
 }
 
 /// A force \[N/m\] and its torque \[N\].
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-#[serde(bound(serialize = "", deserialize = ""))]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Wrench<S: Space> {
     /// Force.
     pub force: S::Vector,

@@ -19,16 +19,17 @@ use crate::equations::continuity::density_rate;
 use crate::equations::pair::{LawLanes, PairTotals};
 use crate::equations::terms::{ActiveTerms, ForceTerms, PairTerms, TermsPass};
 use crate::free_surface::shifting::{self, Regularisation};
+use crate::neighbours::placement::Needs;
 use crate::system::model::{FluidModel, Viscosity};
 use crate::system::packed_particle::{FluidSpace, Packed};
-use crate::system::tasks::{for_each_task, per_task};
 
 impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
-    /// Rates by the fluid itself, walls, body force, damping and regularisation into `rates`; where a stage computes all
-    /// rates, the part of the density rate by continuity, Eq. (17), into `by_continuity` \[kg/(m³ s)\]; `external` gets the
-    /// sums of each task.
+    /// Rates of own particles with such `needs`, those with [`Needs::Nothing`] first: by the fluid itself, walls, body force,
+    /// damping and regularisation into `rates`; where a stage computes all rates, the part of the density rate by continuity,
+    /// Eq. (17), into `by_continuity` \[kg/(m³ s)\]; `external` gets the sums of each group.
     pub fn rates(
         &self,
+        needs: Needs,
         rates: &mut Vec<Rates<S>>,
         by_continuity: &mut Vec<f64>,
         external: &mut Vec<ExternalForces<S>>,
@@ -45,7 +46,17 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
             continuity: self.part == StagePart::Whole,
             forces: force_terms(model),
         };
-        terms.call(RatePass { fields: self, rates, by_continuity, external });
+        let placement = self.scene.lists.placement();
+        if needs == Needs::Nothing {
+            placement.groups().values(external);
+        }
+        terms.call(RatePass {
+            fields: self,
+            groups: placement.groups_with(needs),
+            rates,
+            by_continuity,
+            external,
+        });
     }
 }
 
@@ -59,28 +70,29 @@ pub fn force_terms<S: FluidSpace>(model: &FluidModel<S>) -> ForceTerms {
     }
 }
 
-/// The pass over all particles.
+/// The pass over the particles of `groups`; results are those of all.
 struct RatePass<'a, G, S: FluidSpace> {
     fields: &'a StageFields<'a, G, S>,
+    groups: &'a [u32],
     rates: &'a mut [Rates<S>],
     by_continuity: &'a mut [f64],
-    external: &'a mut Vec<ExternalForces<S>>,
+    external: &'a mut [ExternalForces<S>],
 }
 
 impl<S: FluidSpace, G: Geometry<S>> TermsPass for RatePass<'_, G, S> {
     type Output = ();
 
     fn call<T: PairTerms>(self) {
-        let Self { fields, rates, by_continuity, external } = self;
-        let (model, count) = (fields.scene.model, rates.len());
+        let Self { fields, groups, rates, by_continuity, external } = self;
+        let model = fields.scene.model;
         let body_force = &model.body_force.at(fields.time);
-        for_each_task(count, ((rates, by_continuity), per_task(external, count)), &|particles,
-                                                                                    (
+        let results = ((rates, by_continuity), PerTask(external));
+        fields.scene.lists.placement().groups().for_each(groups, results, &|particles,
+                                                                            (
             (rates, by_continuity),
-            external,
+            PerTask(external),
         )| {
-            let (terms, first, PerTask(external)) = (PhantomData::<T>, particles.start, external);
-            let external = &mut external[0];
+            let (terms, first, external) = (PhantomData::<T>, particles.start, &mut external[0]);
             model.arithmetic.run(Evaluate {
                 fields,
                 terms,
@@ -94,7 +106,7 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for RatePass<'_, G, S> {
     }
 }
 
-/// The rates of the particles of one task.
+/// The rates of the particles of one group.
 struct Evaluate<'a, G, S: FluidSpace, T> {
     fields: &'a StageFields<'a, G, S>,
     terms: PhantomData<T>,
@@ -130,7 +142,7 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
         for start in (0..count).step_by(BLOCK) {
             let block = start..count.min(start + BLOCK);
             for (k, acting) in block.clone().zip(&mut acting) {
-                let (own_index, i) = (first + k, scene.first() + first + k);
+                let i = first + k;
                 let own = fields.own::<L, T>(i);
                 let pairs = fields.fluid_sums::<L, T>(&law, i, &own);
                 let sums = pairs.total();
@@ -148,12 +160,12 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                     repulsion = *repels;
                     by_walls = walls.stress_divergence / -rho + repulsion;
                 }
-                let body = body_force.acceleration(&state.position[own_index]);
+                let body = body_force.acceleration(&state.position[i]);
                 let mut regularisation = Regularisation::<S>::default();
                 if let (true, Some(order)) = (T::NEIGHBOUR_FIELDS, &model.regularisation) {
                     let (all, sums) = (&gradients.neighbour_fields, &gradients.regularisation[i]);
                     let near = gradients.is_near_surface(i);
-                    let excess = state.volume_excess.get(own_index).copied().unwrap_or_default();
+                    let excess = state.volume_excess.get(i).copied().unwrap_or_default();
                     regularisation =
                         shifting::regularise::<S, L, G>(order, scene, i, all, near, sums, excess);
                 }
@@ -170,7 +182,7 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                 if let Some(place) = by_continuity.get_mut(k) {
                     *place = continuity;
                 }
-                let (m, arm) = (state.mass[own_index], state.position[own_index] - origin);
+                let (m, arm) = (state.mass[i], state.position[i] - origin);
                 external.body += Wrench::at(&arm, body * m);
                 external.walls += Wrench::at(&arm, by_walls * m);
                 external.stabilisers += Wrench::at(&arm, regularisation.acceleration * m);
@@ -217,7 +229,7 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                     powers: &mut lost,
                 });
             }
-            fields.add_losses(&mut lost, scene.first() + first..scene.first() + first + count);
+            fields.add_losses(&mut lost, first..first + count);
             external.powers = powers.total();
             external.powers += lost;
         }

@@ -74,7 +74,7 @@ impl VolumeReading {
         excess: &mut [f64],
     ) {
         let Scene { lists, fluid, model, .. } = *scene;
-        let (own, team, halo) = (scene.own(), &model.team, lists.halo());
+        let own = scene.own();
         let (grid, arithmetic) = (lists.background(), model.arithmetic);
         let partner = interface.map(FluidInterface::partner);
         // Particles of a solid along periodic axes may lie outside the box.
@@ -89,7 +89,7 @@ impl VolumeReading {
         }
         grid.fold(&mut self.all, |a, b| a + b);
         let claim = |i: usize| fluid[i].volume() / grid.node_volume();
-        Self::sum::<S>(grid, arithmetic, fluid, &claim, &mut self.fluid);
+        Self::sum(scene, &claim, &mut self.fluid);
         self.all.iter_mut().zip(&self.fluid).for_each(|(all, fluid)| *all += fluid);
         self.around_solids.resize(partner.map_or(0, |states| states.len()), 0.0);
         grid.read::<S>(arithmetic, solids(), &self.all, self.around_solids.iter_mut());
@@ -102,6 +102,7 @@ impl VolumeReading {
         self.left_out.clear();
         self.left_out.resize(grid.len(), false);
         grid.for_each_band(&mut self.left_out, &|particles, nodes, origin| {
+            let particles = particles.map(|place| lists.in_cell_order(place));
             let positions = particles.filter(|i| at_surface(*i)).map(|i| fluid[i].position());
             grid.mark::<S>(positions, nodes, origin);
         });
@@ -117,14 +118,15 @@ impl VolumeReading {
         });
         // Once more by way of the nodes.
         let copied;
-        let with_copies = if team.is_alone() {
-            &excess[..]
-        } else {
-            copied = halo.with_copies(team, excess);
-            &copied[..]
+        let with_copies = match lists.placement().halo() {
+            None => &excess[..],
+            Some(halo) => {
+                copied = halo.with_copies(&model.team, excess);
+                &copied[..]
+            }
         };
         let claimed = |i: usize| fluid[i].volume() * with_copies[i] / grid.node_volume();
-        Self::sum::<S>(grid, arithmetic, fluid, &claimed, &mut self.all);
+        Self::sum(scene, &claimed, &mut self.all);
         for ((all, fluid), left_out) in self.all.iter_mut().zip(&self.fluid).zip(&self.left_out) {
             *all = if *left_out { 0.0 } else { *all / fluid };
         }
@@ -141,7 +143,7 @@ impl VolumeReading {
         if team.is_alone() {
             return;
         }
-        let answered = positions.map(|x| scene.lists.answers_for(scene.model, &x));
+        let answered = positions.map(|x| scene.lists.placement().answers_for(scene.model, &x));
         let own = self.around_solids.iter().zip(answered).map(|(claim, own)| own.then_some(*claim));
         self.around_solids = team.complete(own.collect());
     }
@@ -168,18 +170,19 @@ impl VolumeReading {
     }
 
     /// Sums a `value` of each particle on the nodes.
-    fn sum<S: FluidSpace>(
-        grid: &BackgroundGrid,
-        arithmetic: Arithmetic,
-        fluid: &[S::Particle],
+    fn sum<S: FluidSpace, G: Geometry<S>>(
+        scene: &Scene<G, S>,
         value: &(impl Fn(usize) -> f64 + Sync),
         nodes: &mut Vec<f64>,
     ) {
+        let Scene { lists, fluid, model, .. } = *scene;
+        let grid = lists.background();
         nodes.clear();
         nodes.resize(grid.len(), 0.0);
         grid.for_each_band(nodes, &|particles, nodes, origin| {
+            let particles = particles.map(|place| lists.in_cell_order(place));
             let particles = particles.map(|i| (fluid[i].position(), value(i)));
-            grid.spread::<S>(arithmetic, particles, nodes, origin);
+            grid.spread::<S>(model.arithmetic, particles, nodes, origin);
         });
         grid.fold(nodes, |a, b| a + b);
     }

@@ -62,8 +62,7 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for WallCredits<'_, G, S> {
         let Self { fields, motions, particles, powers } = self;
         let scene = &fields.scene;
         let model = scene.model;
-        for k in particles {
-            let i = scene.first() + k;
+        for i in particles {
             for (wall, motion) in (0..).zip(motions) {
                 let near = |w: usize| model.walls.wall[w] == wall;
                 let Some(motion) = motion.as_ref().filter(|_| scene.wall_neighbours(i).any(near)) else {
@@ -75,7 +74,7 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for WallCredits<'_, G, S> {
                 let pairs = divergence / -particle.density();
                 let repulsion = wall_repulsion(scene, fields.field, i, Some(wall));
                 let velocity = motion.velocity_at(&particle.position());
-                let extent = (fields.state.mass[k], particle.volume());
+                let extent = (fields.state.mass[i], particle.volume());
                 powers.credit_wall(extent, &velocity, &pairs, &parts, &repulsion);
             }
         }

@@ -43,7 +43,7 @@ impl<S: FluidSpace> BoundaryEvaluation<S> {
     pub fn evaluated<'a>(
         &'a mut self,
         model: &FluidModel<S>,
-        state: &'a FluidState<S>,
+        state: &'a mut FluidState<S>,
         workspace: &'a mut Workspace<S>,
         time: f64,
     ) -> Option<(&'a FluidState<S>, &'a Workspace<S>)> {
@@ -78,7 +78,7 @@ impl<S: FluidSpace> BoundaryEvaluation<S> {
 /// for which those of `workspace` make room.
 fn evaluate<S: FluidSpace>(
     model: &FluidModel<S>,
-    state: &FluidState<S>,
+    state: &mut FluidState<S>,
     workspace: &mut Workspace<S>,
     time: f64,
 ) -> Place<S> {
@@ -92,7 +92,7 @@ fn evaluate<S: FluidSpace>(
     // The lists are made for this state.
     let evaluated = workspace
         .begin_stage(model, &mut state, &stage)
-        .and_then(|()| workspace.evaluate_boundary(model, &state, time));
+        .and_then(|()| workspace.evaluate_boundary(model, &mut state, time));
     if evaluated.is_ok_and(|holds| holds) {
         Place::Apart(Box::new((state, workspace)))
     } else {

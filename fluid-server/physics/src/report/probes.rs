@@ -9,7 +9,7 @@ use sph::setup::FluidProbeKind;
 use sph::space::Space;
 use sph::space::components::Components;
 use sph::space::tensors::{SpaceSymmetric, SpaceTensor, SpaceVector};
-use sph::sums::ordered_sum;
+use sph::sums::{Numbers, ordered_sum};
 
 use crate::system::model::{FluidModel, Parallelogram, Probe, Segment};
 use crate::system::state::FluidState;
@@ -234,10 +234,21 @@ impl<S: Space> AddAssign for RegionSums<S> {
     }
 }
 
+/// Energies as numbers to be added.
+#[derive(Clone, Copy, Debug, Default)]
+struct EnergyTerms(Energies);
+
+impl Numbers for EnergyTerms {
+    fn each(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        let Energies { kinetic, potential, internal, relaxation } = &mut self.0;
+        [kinetic, potential, internal, relaxation].into_iter().for_each(visit);
+    }
+}
+
 /// Energies of the fluid of all parts as the energy budget takes them: gravity counts where it has a potential.
 pub fn energies<S: Space>(model: &FluidModel<S>, state: &FluidState<S>) -> Energies {
-    let energies = |i| energies_of(model, state, &model.falling, i);
-    sum_over_particles(&model.team, state.first, state.len(), energies)
+    let terms = |i| EnergyTerms(energies_of(model, state, &model.falling, i));
+    sum_over_particles(&model.team, state.len(), EnergyTerms::default(), terms).0
 }
 
 /// Energies of particle `i`.

@@ -1,11 +1,10 @@
 //! Force of the fluid on each wall.
 
 use std::marker::PhantomData;
-use std::ops::AddAssign;
 
-use serde::{Deserialize, Serialize};
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::SpaceVector;
+use sph::sums::{Numbers, each_of};
 
 use crate::boundary::repulsion::wall_repulsion;
 use crate::equations::terms::{PairTerms, TermsPass};
@@ -67,8 +66,8 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for WallForces<'_, G, S> {
         let fields = self.fields;
         let Scene { model, fluid, .. } = fields.scene;
         let (walls, state) = (&model.walls, fields.state);
-        let mut forces: PerWall<S> = sum_over_particles(&model.team, state.first, state.len(), |k| {
-            let i = fields.scene.first() + k;
+        let none = PerWall(vec![S::Vector::zeros(); walls.names.len()]);
+        let forces = sum_over_particles(&model.team, state.len(), none.clone(), |i| {
             // Most particles are near no wall, and few near more than one.
             let mut near: Vec<u32> = Vec::new();
             for w in fields.scene.wall_neighbours(i) {
@@ -76,38 +75,28 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for WallForces<'_, G, S> {
                     near.push(walls.wall[w]);
                 }
             }
-            let mut forces = PerWall::<S>::default();
+            let mut forces = PerWall::<S>(Vec::new());
             for wall in near {
                 let pass = OneWall { fields, terms: PhantomData::<T>, i, wall };
                 let (divergence, _) = model.arithmetic.run(pass);
                 let repulsion = wall_repulsion(&fields.scene, fields.field, i, Some(wall));
-                *forces.of(wall as usize) = divergence * fluid[i].volume() - repulsion * state.mass[k];
+                if forces.0.is_empty() {
+                    forces = none.clone();
+                }
+                forces.0[wall as usize] = divergence * fluid[i].volume() - repulsion * state.mass[i];
             }
             forces
         });
-        forces.0.resize(walls.names.len(), S::Vector::zeros());
         forces.0
     }
 }
 
-/// Force on each wall \[N/m\]; zero on those beyond the end.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(bound(serialize = "", deserialize = ""))]
+/// Force on each wall \[N/m\]; none at all where all are zero.
+#[derive(Clone, Debug)]
 struct PerWall<S: FluidSpace>(Vec<S::Vector>);
 
-impl<S: FluidSpace> PerWall<S> {
-    fn of(&mut self, wall: usize) -> &mut S::Vector {
-        if self.0.len() <= wall {
-            self.0.resize(wall + 1, S::Vector::zeros());
-        }
-        &mut self.0[wall]
-    }
-}
-
-impl<S: FluidSpace> AddAssign for PerWall<S> {
-    fn add_assign(&mut self, other: Self) {
-        for (wall, force) in other.0.into_iter().enumerate() {
-            *self.of(wall) += force;
-        }
+impl<S: FluidSpace> Numbers for PerWall<S> {
+    fn each(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        self.0.iter_mut().for_each(|force| each_of(force, visit));
     }
 }

@@ -119,7 +119,7 @@ impl<S: Space> FluidState<S> {
         };
         let [escaped, outflow, list_builds] = saved.u64s("fluid.counts")?;
         Ok(Self {
-            first: 0,
+            order: Vec::new(),
             others: 0,
             id: id.to_vec(),
             region: region.to_vec(),

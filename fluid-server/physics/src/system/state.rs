@@ -18,8 +18,8 @@ use super::tasks::TASK;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "", deserialize = ""))]
 pub struct FluidState<S: Space> {
-    /// Number of the first particle among those of all parts of the fluid; 0 where there is one part.
-    pub first: usize,
+    /// Numbers that ascend in the order of the particles of all parts of the fluid; empty where there is one part.
+    pub order: Vec<u64>,
     /// Number of particles of other parts.
     pub others: usize,
     /// Identity of each particle.
@@ -147,6 +147,7 @@ impl<S: Space> FluidState<S> {
     /// Positions of the last list build are overwritten: their memory is used for sorting.
     pub fn reorder(&mut self, base: &mut StepStart<S>, order: &[u32], scratch: Scratch) {
         let Self {
+            order: numbers,
             id,
             region,
             mass,
@@ -160,6 +161,7 @@ impl<S: Space> FluidState<S> {
             volume_excess,
             ..
         } = self;
+        reorder(numbers, order, &mut Vec::new());
         let vectors = &mut list_origin.get_or_insert_default().position;
         for values in [id, region] {
             reorder(values, order, scratch.integers);
@@ -188,6 +190,11 @@ impl<S: Space> FluidState<S> {
         }
     }
 
+    /// A number of particle `i` that is larger than those of all before it, of whatever part.
+    pub fn place(&self, i: usize) -> u64 {
+        self.order.get(i).copied().unwrap_or(i as u64)
+    }
+
     /// Number of particles of all parts.
     pub fn total(&self) -> usize {
         self.len() + self.others
@@ -202,7 +209,7 @@ impl<S: Space> FluidState<S> {
             ..*origin
         };
         Self {
-            first: range.start,
+            order: indices.iter().map(|i| u64::from(*i)).collect(),
             others: self.len() - range.len(),
             list_origin: self.list_origin.as_ref().map(origin),
             list_skin: self.list_skin,
@@ -218,12 +225,25 @@ impl<S: Space> FluidState<S> {
         }
     }
 
-    /// Appends the state of the part that owns the particles which follow.
+    /// Appends the state of another part.
     pub fn extend(&mut self, mut following: Self) {
         if let (Some(origin), Some(more)) = (&mut self.list_origin, &mut following.list_origin) {
             origin.position.append(&mut more.position);
         }
         self.append(&mut StepStart::default(), following, StepStart::default());
+    }
+
+    /// The state of all particles, of whatever part, in their order.
+    pub fn in_order(mut self) -> Self {
+        let mut order: Vec<u32> = (0u32..).take(self.len()).collect();
+        order.sort_by_key(|i| self.order[*i as usize]);
+        let origin = self.list_origin.take().map(|origin| {
+            let position = order.iter().map(|i| origin.position[*i as usize]).collect();
+            ListOrigin { position, ..origin }
+        });
+        let scratch = Scratch { integers: &mut Vec::new(), numbers: &mut Vec::new() };
+        self.reorder(&mut StepStart::default(), &order, scratch);
+        Self { order: Vec::new(), others: 0, list_origin: origin, ..self }
     }
 
     /// Copies of the particles with these `indices`, and of their start of the step where `base` is in use.
@@ -232,6 +252,7 @@ impl<S: Space> FluidState<S> {
             if values.is_empty() { Vec::new() } else { indices.iter().map(|i| values[*i as usize]).collect() }
         }
         let copies = Self {
+            order: some(&self.order, indices),
             id: some(&self.id, indices),
             region: some(&self.region, indices),
             mass: some(&self.mass, indices),
@@ -255,6 +276,7 @@ impl<S: Space> FluidState<S> {
 
     /// Appends `others`, with their start of the step.
     pub fn append(&mut self, base: &mut StepStart<S>, mut others: Self, mut others_base: StepStart<S>) {
+        self.order.append(&mut others.order);
         self.id.append(&mut others.id);
         self.region.append(&mut others.region);
         for (values, more) in [

@@ -1,9 +1,8 @@
 //! Work on particles, task by task, that writes several arrays at once.
 
-use std::ops::{AddAssign, Range};
+use std::ops::Range;
 
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use sph::sums::{ExactSums, Numbers};
 use sph::tasks::{PerTask, Split};
 
 use crate::team::Team;
@@ -32,21 +31,66 @@ pub fn for_each_task<S: Split>(particles: usize, results: S, work: &(dyn Fn(Rang
     sph::tasks::for_each_task(particles, TASK, results, work);
 }
 
-/// The sum of `term` over the particles of all parts, of which this one has `particles`, the first with the number
-/// `first`; grouped by task.
-pub fn sum_over_particles<T>(
+/// Groups of particles whose sums are made one after the other.
+#[derive(Clone, Debug, Default)]
+pub struct Groups {
+    /// End of each.
+    ends: Vec<u32>,
+    /// The numbers of all.
+    all: Vec<u32>,
+}
+
+impl Groups {
+    /// Those that end with the particles before `ends`.
+    pub fn new(ends: Vec<u32>) -> Self {
+        let all = (0u32..).take(ends.len()).collect();
+        Self { ends, all }
+    }
+
+    /// The numbers of all.
+    pub fn all(&self) -> &[u32] {
+        &self.all
+    }
+
+    /// The particles of group `group`.
+    pub fn particles(&self, group: u32) -> Range<usize> {
+        let group = group as usize;
+        let start = if group == 0 { 0 } else { self.ends[group - 1] };
+        start as usize..self.ends[group] as usize
+    }
+
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        4 * (self.ends.capacity() + self.all.capacity())
+    }
+
+    /// Calls `work` for each of the `chosen` groups, in parallel, with its particles and its part of `results`, which are
+    /// those of all. Allocates nothing.
+    pub fn for_each<S: Split>(&self, chosen: &[u32], results: S, work: &(dyn Fn(Range<usize>, S) + Sync)) {
+        sph::tasks::for_each_group(&self.ends, chosen, TASK, results, work);
+    }
+
+    /// One value of each group, in `values`; the memory is kept.
+    pub fn values<'a, T: Clone + Default>(&self, values: &'a mut Vec<T>) -> PerTask<'a, T> {
+        sph::tasks::per_task(values, self.ends.len(), 1)
+    }
+}
+
+/// The sum of `term` over the particles of all parts, of which this one has `particles`, with the shape of `zero`.
+pub fn sum_over_particles<T: Numbers>(
     team: &Team,
-    first: usize,
     particles: usize,
+    zero: T,
     term: impl Fn(usize) -> T + Sync,
-) -> T
-where
-    T: Clone + Default + AddAssign + Send + Serialize + DeserializeOwned,
-{
+) -> T {
     let mut sums = Vec::new();
     let of_task = per_task(&mut sums, particles);
-    for_each_task(particles, of_task, &|particles, PerTask(sum)| particles.for_each(|i| sum[0] += term(i)));
-    team.sum(first / TASK, &sums)
+    for_each_task(particles, of_task, &|particles, PerTask(sum): PerTask<'_, ExactSums>| {
+        particles.for_each(|i| sum[0].add(term(i)));
+    });
+    let mut own = ExactSums::default();
+    sums.iter().for_each(|sum| own.merge(sum));
+    team.join(own, |all, others| all.merge(&others)).total(zero)
 }
 
 /// One value of each task of `particles` particles, in `values`; the memory is kept.

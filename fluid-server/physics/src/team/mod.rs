@@ -3,19 +3,23 @@
 //! ```text
 //! transport   messages between parts
 //! threads     parts as threads of one process
+//! clock       where the time of a part goes, and what it sends
 //! ```
 
+pub mod clock;
 pub mod threads;
 pub mod transport;
 
-use std::ops::AddAssign;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::Instant;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use sph::sums::{PairwiseSums, pairwise_sum};
+use sph::coupling::driver::TRACE;
+use tracing::trace_span;
 
-use transport::{Lost, Transport};
+use clock::Clock;
+use transport::{Channel, Lost, Transport};
 
 /// The parts of a fluid as one of them sees them; by default it is alone.
 ///
@@ -31,10 +35,28 @@ struct Others {
     rank: usize,
     size: usize,
     /// Only the thread of the solver uses it: the lock is always free.
-    transport: Mutex<Box<dyn Transport>>,
+    post: Mutex<Post>,
     /// Whether a solver has the turn.
     taken: Mutex<bool>,
     free: Condvar,
+}
+
+#[derive(Debug)]
+struct Post {
+    transport: Box<dyn Transport>,
+    clock: Clock,
+}
+
+/// A call of the solver under way, until it is dropped: its time counts as work.
+#[derive(Debug)]
+pub struct Working(Option<Arc<Others>>);
+
+impl Drop for Working {
+    fn drop(&mut self) {
+        if let Some(others) = &self.0 {
+            others.post.lock().unwrap_or_else(PoisonError::into_inner).clock.end();
+        }
+    }
 }
 
 /// The right of a solver to make the others work, until it is dropped: they work for one at a time.
@@ -59,7 +81,7 @@ impl Team {
                 Arc::new(Others {
                     rank,
                     size,
-                    transport: Mutex::new(transport),
+                    post: Mutex::new(Post { transport, clock: Clock::default() }),
                     taken: Mutex::new(false),
                     free: Condvar::new(),
                 })
@@ -94,33 +116,64 @@ impl Team {
         self.others.as_ref().map_or(1, |others| others.size)
     }
 
+    /// Starts the clock of a call of the solver.
+    pub fn work(&self) -> Working {
+        self.with(|post| post.clock.begin());
+        Working(self.others.clone())
+    }
+
+    /// Where the time of this part has gone, and what it has sent.
+    pub fn clock(&self) -> Clock {
+        self.with(|post| post.clock).unwrap_or_default()
+    }
+
     /// Sends `message` to part `to`, which is another one.
-    pub fn send(&self, to: usize, message: Vec<u8>) {
-        self.with(|transport| transport.send(to, message));
+    pub fn send(&self, to: usize, channel: Channel, message: Vec<u8>) {
+        self.with(|post| {
+            post.clock.sends(channel, message.len());
+            post.transport.send(to, channel, message).unwrap_or_else(lost_part);
+        });
     }
 
     /// Waits for the next message of part `from`, which is another one.
-    pub fn receive(&self, from: usize) -> Vec<u8> {
-        self.with(|transport| transport.receive(from)).unwrap_or_default()
+    pub fn receive(&self, from: usize, channel: Channel) -> Vec<u8> {
+        let _span = match channel {
+            Channel::Calls => trace_span!(target: TRACE, "wait for call").entered(),
+            Channel::Agreement => trace_span!(target: TRACE, "wait for agreement", part = from).entered(),
+            Channel::Copies => trace_span!(target: TRACE, "wait for copies", part = from).entered(),
+        };
+        let message = self.with(|post| {
+            let since = Instant::now();
+            let message = post.transport.receive(from, channel).unwrap_or_else(lost_part);
+            post.clock.waited(channel, since);
+            message
+        });
+        message.unwrap_or_default()
     }
 
-    fn with<T>(&self, work: impl FnOnce(&mut dyn Transport) -> Result<T, Lost>) -> Option<T> {
+    fn with<T>(&self, work: impl FnOnce(&mut Post) -> T) -> Option<T> {
         let others = self.others.as_ref()?;
-        let mut transport = others.transport.lock().unwrap_or_else(PoisonError::into_inner);
-        match work(&mut **transport) {
-            Ok(done) => Some(done),
-            Err(Lost { rank }) => panic!("part {rank} of the fluid does not answer any more"),
-        }
+        Some(work(&mut others.post.lock().unwrap_or_else(PoisonError::into_inner)))
     }
 
     /// Sends `value` to part `to`.
     pub fn send_value<T: Serialize>(&self, to: usize, value: &T) {
-        self.send(to, written(value));
+        self.send(to, Channel::Agreement, written(value));
     }
 
     /// Waits for a value of part `from`.
     pub fn receive_value<T: DeserializeOwned>(&self, from: usize) -> T {
-        read(&self.receive(from))
+        read(&self.receive(from, Channel::Agreement))
+    }
+
+    /// Makes all others do what `call` says, which is their [`Team::next_call`]. Part 0 does so.
+    pub fn call<T: Serialize>(&self, call: &T) {
+        self.handed_on(Channel::Calls, written(call));
+    }
+
+    /// Waits for what part 0 wants done.
+    pub fn next_call<T: DeserializeOwned>(&self) -> T {
+        read(&self.handed_on(Channel::Calls, Vec::new()))
     }
 
     /// The values of all parts joined in their order, which part 0 gets; others get their own ones, or those of some.
@@ -146,33 +199,21 @@ impl Team {
             return own;
         }
         let joined = self.join_at_first(own, join);
-        if self.rank() > 0 {
-            return self.receive_from_first();
-        }
-        self.send_to_all(&joined);
-        joined
-    }
-
-    /// Sends `value` of part 0 to all others, which [`Team::receive_from_first`].
-    pub fn send_to_all<T: Serialize>(&self, value: &T) {
-        self.handed_on(written(value));
-    }
-
-    /// Waits for what part 0 sends to all others.
-    pub fn receive_from_first<T: DeserializeOwned>(&self) -> T {
-        read(&self.handed_on(Vec::new()))
+        let message = if self.rank() > 0 { Vec::new() } else { written(&joined) };
+        let message = self.handed_on(Channel::Agreement, message);
+        if self.rank() > 0 { read(&message) } else { joined }
     }
 
     /// The message of part 0, which each part hands on to others.
-    fn handed_on(&self, own: Vec<u8>) -> Vec<u8> {
+    fn handed_on(&self, channel: Channel, own: Vec<u8>) -> Vec<u8> {
         let (rank, size) = (self.rank(), self.size());
         let (mut message, mut distance) = (own, size.next_power_of_two());
         while distance > 1 {
             distance /= 2;
             if rank % (2 * distance) == distance {
-                message = self.receive(rank - distance);
+                message = self.receive(rank - distance, channel);
             } else if rank % (2 * distance) == 0 && rank + distance < size {
-                self.send(rank + distance, message.clone());
+                self.send(rank + distance, channel, message.clone());
             }
         }
         message
@@ -200,17 +241,11 @@ impl Team {
         });
         all.into_iter().map(Option::unwrap_or_default).collect()
     }
+}
 
-    /// The sum over the tasks of all parts, of which this one has `sums`, the first that of task number `first`.
-    pub fn sum<T>(&self, first: usize, sums: &[T]) -> T
-    where
-        T: Clone + Default + AddAssign + Serialize + DeserializeOwned,
-    {
-        if self.is_alone() {
-            return pairwise_sum(sums);
-        }
-        self.join(PairwiseSums::of(first, sums.iter().cloned()), PairwiseSums::join).total()
-    }
+/// A fluid without one of its parts is none.
+fn lost_part<T>(lost: Lost) -> T {
+    panic!("part {} of the fluid does not answer any more", lost.rank)
 }
 
 /// `value` as a message. All parts are of one program: what one writes the others can read.

@@ -2,14 +2,15 @@
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use super::transport::{Lost, Transport};
+use super::transport::{Channel, Lost, Transport};
 
 /// The end of one part.
 #[derive(Debug)]
 pub struct ThreadTransport {
     rank: usize,
-    to: Vec<Sender<Vec<u8>>>,
-    from: Vec<Receiver<Vec<u8>>>,
+    /// By part, then by channel.
+    to: Vec<Vec<Sender<Vec<u8>>>>,
+    from: Vec<Vec<Receiver<Vec<u8>>>>,
 }
 
 impl ThreadTransport {
@@ -19,9 +20,9 @@ impl ThreadTransport {
             (0..size).map(|_| (Vec::with_capacity(size), Vec::with_capacity(size))).unzip();
         for to in &mut senders {
             for from in &mut receivers {
-                let (sender, receiver) = channel();
-                to.push(sender);
-                from.push(receiver);
+                let (of_sender, of_receiver) = Channel::ALL.map(|_| channel()).into_iter().unzip();
+                to.push(of_sender);
+                from.push(of_receiver);
             }
         }
         let ends = senders.into_iter().zip(receivers).enumerate();
@@ -38,11 +39,11 @@ impl Transport for ThreadTransport {
         self.to.len()
     }
 
-    fn send(&mut self, to: usize, message: Vec<u8>) -> Result<(), Lost> {
-        self.to[to].send(message).map_err(|_| Lost { rank: to })
+    fn send(&mut self, to: usize, channel: Channel, message: Vec<u8>) -> Result<(), Lost> {
+        self.to[to][channel.index()].send(message).map_err(|_| Lost { rank: to })
     }
 
-    fn receive(&mut self, from: usize) -> Result<Vec<u8>, Lost> {
-        self.from[from].recv().map_err(|_| Lost { rank: from })
+    fn receive(&mut self, from: usize, channel: Channel) -> Result<Vec<u8>, Lost> {
+        self.from[from][channel.index()].recv().map_err(|_| Lost { rank: from })
     }
 }

@@ -2,7 +2,28 @@
 
 use std::fmt::Debug;
 
-/// Sends and receives messages. Those from one part to another arrive in the order in which they were sent.
+/// What a message is for. A channel keeps the order of its messages, whatever waits in others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// What the first part does next.
+    Calls,
+    /// What all parts find together, and particles that change their owner.
+    Agreement,
+    /// Copies of particles.
+    Copies,
+}
+
+impl Channel {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Calls, Self::Agreement, Self::Copies];
+
+    /// Its place among all.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// Sends and receives messages. Those from one part to another on one channel arrive in the order in which they were sent.
 pub trait Transport: Send + Debug {
     /// Number of this part.
     fn rank(&self) -> usize;
@@ -10,17 +31,17 @@ pub trait Transport: Send + Debug {
     /// Number of parts.
     fn size(&self) -> usize;
 
-    /// Sends `message` to part `to`; does not wait until it is received.
+    /// Sends `message` to part `to` on `channel`; does not wait until it is received.
     ///
     /// # Errors
     /// When the part does not answer any more.
-    fn send(&mut self, to: usize, message: Vec<u8>) -> Result<(), Lost>;
+    fn send(&mut self, to: usize, channel: Channel, message: Vec<u8>) -> Result<(), Lost>;
 
-    /// Waits for the next message of part `from`.
+    /// Waits for the next message of part `from` on `channel`.
     ///
     /// # Errors
     /// When the part does not answer any more.
-    fn receive(&mut self, from: usize) -> Result<Vec<u8>, Lost>;
+    fn receive(&mut self, from: usize, channel: Channel) -> Result<Vec<u8>, Lost>;
 }
 
 /// A part does not answer any more.

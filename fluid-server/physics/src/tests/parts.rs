@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use sph::coupling::exchange::StateColumns;
 use sph::coupling::saved::SavedState;
-use sph::coupling::solver::Solver;
+use sph::coupling::solver::{Counts, Solver};
 use sph::coupling::stage::Stage;
 use sph::in_space;
 use sph::setup::{
@@ -56,7 +56,8 @@ fn story(solver: &mut dyn Solver, steps: Range<u64>, time_step: f64, partner: &S
             tell(divergence.to_string());
             return story;
         }
-        tell(format!("{:?} {:?} {:?}", solver.energies(), solver.counts(), solver.time_step_limit()));
+        let counts = Counts { parts: None, ..solver.counts() };
+        tell(format!("{:?} {counts:?} {:?}", solver.energies(), solver.time_step_limit()));
         if step % 5 == 4 || step + 1 == steps.end {
             let (mut values, mut saved) = (Vec::new(), SavedState::default());
             solver.probes(end.target_time(), &mut values);
@@ -253,4 +254,25 @@ fn lists_that_are_given_back_are_made_again_with_the_same_bits() {
         try_step(&mut released, step, 5e-5).unwrap();
         assert_eq!(released.state, kept.state, "step {step}");
     }
+}
+
+#[test]
+fn parts_say_what_they_hold_and_what_they_have_done() {
+    let setup = AnySpace::Plane(plane_tank(FluidParameters::DEFAULT));
+    let total = alone(&setup).counts().particles;
+    let mut in_parts = in_threads(setup, 3).unwrap();
+    story(&mut *in_parts, 0..30, 2e-4, &StateColumns::default());
+    let parts = in_parts.counts().parts.unwrap();
+    assert_eq!(parts.each.iter().map(|part| part.particles).sum::<u64>(), total);
+    for part in &parts.each {
+        assert!(part.copies > 0 && part.computing_seconds > 0.0, "{part:?}");
+        // At least the particles of a stage.
+        assert!(part.copy_messages >= 60 && part.copy_bytes > part.copy_messages, "{part:?}");
+    }
+    // The one in the middle has copies of both others.
+    let [first, middle, last] = parts.each[..] else { unreachable!("there are three") };
+    assert!(middle.copies > first.copies.max(last.copies), "{parts:?}");
+    assert!(middle.copy_messages > first.copy_messages.max(last.copy_messages), "{parts:?}");
+    let (mean, largest) = (parts.mean_imbalance.unwrap(), parts.largest_imbalance.unwrap());
+    assert!(0.0 <= mean && mean <= largest, "{mean} {largest}");
 }

@@ -4,10 +4,11 @@ use sph::coupling::ledger::{Account, Accounts, AngularBudget, StageBudget, axial
 use sph::coupling::stage::{Stage, StageTime};
 use sph::space::Space;
 use sph::space::tensors::SpaceVector;
+use sph::sums::ExactSums;
 
 use super::checks::ScanFindings;
 use super::energy_budget;
-use super::momentum_budget::AngularBudgetSums;
+use super::momentum_budget::{AngularBudgetSums, MomentumBudget};
 use super::movement::{MotionSlices, Movement, StageSlices, Step};
 use super::stage::Workspace;
 use super::stage_relaxation::StageRelaxation;
@@ -16,7 +17,7 @@ use crate::rates::particle_rates::{ExternalForces, StagePart};
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::FluidSpace;
 use crate::system::state::FluidState;
-use crate::system::tasks::{TASK, for_each_task, per_task};
+use crate::system::tasks::Groups;
 
 /// Moves the state by the rates in `workspace`, scans the new one, and returns the momentum budget.
 ///
@@ -51,6 +52,7 @@ pub fn advance<S: FluidSpace>(
         interface,
         external,
         budget,
+        sums,
         findings_by_task,
         findings,
         part,
@@ -60,7 +62,7 @@ pub fn advance<S: FluidSpace>(
         predicted,
         ..
     } = workspace;
-    let n = state.len();
+    let (n, groups) = (state.len(), lists.placement().groups());
     if *part == StagePart::Whole {
         base.resize(state);
     }
@@ -103,23 +105,36 @@ pub fn advance<S: FluidSpace>(
             density: &mut base.density,
             relaxation: &mut base.relaxation,
         },
-        fluid: {
-            let own = lists.halo().own(fluid.len());
-            &mut fluid[own]
-        },
-        budget: per_task(budget, n),
-        findings: per_task(findings_by_task, n),
+        fluid: &mut fluid[..n],
+        budget: groups.values(budget),
+        findings: groups.values(findings_by_task),
     };
     let scan = StateScan::new(model, list_origin.as_ref());
     if step.relaxation.is_some() {
-        move_particles::<S, true>(model, &step, &scan, slices);
+        move_particles::<S, true>(model, &step, &scan, groups, slices);
     } else {
-        move_particles::<S, false>(model, &step, &scan, slices);
+        move_particles::<S, false>(model, &step, &scan, groups, slices);
     }
     *current = true;
-    *findings = ScanFindings::of_tasks(&model.team, state.first, findings_by_task);
-    let first_task = state.first / TASK;
-    let total = model.team.sum(first_task, budget);
+    let (duration, half, origin) = (step.duration, step.half, step.origin);
+    let largest = budget.iter().map(|budget| budget.largest_acceleration).fold(0.0, f64::max);
+    let mut own = std::mem::take(sums);
+    own.iter_mut().for_each(ExactSums::clear);
+    budget.iter().for_each(|budget| own[0].add(*budget));
+    if *part != StagePart::Density {
+        // The density stage has no forces.
+        external.iter().for_each(|external| own[1].add(*external));
+    }
+    let own = (ScanFindings::of_tasks(state, findings_by_task), largest, own);
+    let (found, largest, all) = model.team.join(own, |(found, largest, sums), other| {
+        found.add(other.0);
+        *largest = largest.max(other.1);
+        sums.iter_mut().zip(&other.2).for_each(|(sums, others)| sums.merge(others));
+    });
+    *findings = found;
+    let total = all[0].total(MomentumBudget::<S>::default());
+    let forces = all[1].total(ExternalForces::<S>::default());
+    *sums = all;
     *energies = (time.at.stage == Stage::Corrector).then_some(total.energies);
     let interface = interface.as_ref().map(|interface| interface.sums()).unwrap_or_default();
     if *part == StagePart::Density {
@@ -127,12 +142,10 @@ pub fn advance<S: FluidSpace>(
         *predicted = total.compression;
         return StageBudget { interface, ..StageBudget::default() };
     }
-    let forces: ExternalForces<S> = model.team.sum(first_task, external);
-    state.largest_acceleration = total.largest_acceleration;
+    state.largest_acceleration = largest;
     if *part == StagePart::Momentum {
-        state.density_age = step.half;
+        state.density_age = half;
     }
-    let duration = step.duration;
     if time.at.stage == Stage::Corrector {
         let mut compression = total.compression;
         if *part == StagePart::Momentum {
@@ -152,9 +165,8 @@ pub fn advance<S: FluidSpace>(
     // Particles leave at step boundaries: the next step accounts for their momentum in both of its stages.
     accounts.add_force(Account::Removed, lifted(&(-removed / duration)));
     let removed_angular = state.removed_angular_momentum;
-    let angular = step
-        .origin
-        .map(|_| angular_budget(&mut accounts, &total.angular, &forces, removed_angular, duration));
+    let angular =
+        origin.map(|_| angular_budget(&mut accounts, &total.angular, &forces, removed_angular, duration));
     StageBudget {
         interface,
         accounts,
@@ -170,9 +182,10 @@ fn move_particles<S: FluidSpace, const RELAXES: bool>(
     model: &FluidModel<S>,
     step: &Step<'_, S>,
     scan: &StateScan<'_, S>,
+    groups: &Groups,
     slices: StageSlices<'_, S>,
 ) {
-    for_each_task(step.mass.len(), slices, &|particles, slices| {
+    groups.for_each(groups.all(), slices, &|particles, slices| {
         model.arithmetic.run(Movement::<S, RELAXES> { step, scan, first: particles.start, slices });
     });
 }

@@ -13,7 +13,6 @@ use sph::space::tensors::SpaceVector;
 use crate::system::lane_arrays::{abs, largest, numbers, vectors};
 use crate::system::model::FluidModel;
 use crate::system::state::FluidState;
-use crate::team::Team;
 
 /// All bits of [`Lanes::below`].
 const ALL_LANES: u8 = (1 << WIDTH) - 1;
@@ -53,8 +52,8 @@ impl<S: Space> StateLimits<S> {
 /// Findings of a scan over particles.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct ScanFindings {
-    /// First particle that breaks a limit, by its index in the scan or its number among those of all parts.
-    first_bad: usize,
+    /// First particle that breaks a limit, by its index in the scan or its [`FluidState::place`].
+    first_bad: u64,
     largest_square_speed: f64,
     /// Square of the largest displacement since the lists were built \[m²\]; infinite where there are none.
     largest_square_displacement: f64,
@@ -68,7 +67,7 @@ pub struct ScanFindings {
 impl Default for ScanFindings {
     fn default() -> Self {
         Self {
-            first_bad: usize::MAX,
+            first_bad: u64::MAX,
             largest_square_speed: 0.0,
             largest_square_displacement: 0.0,
             largest_square_move: 0.0,
@@ -143,7 +142,7 @@ impl<L: Lanes> LaneScanFindings<L> {
     #[inline(always)]
     pub fn total(&self) -> ScanFindings {
         ScanFindings {
-            first_bad: self.first_bad,
+            first_bad: if self.first_bad == usize::MAX { u64::MAX } else { self.first_bad as u64 },
             largest_square_speed: largest(self.square_speed),
             largest_square_displacement: largest(self.square_displacement),
             largest_square_move: largest(self.square_move),
@@ -160,11 +159,18 @@ fn beyond<S: Space, L: Lanes>(domain: &Domain<S>, axis: usize, x: L) -> bool {
 }
 
 impl ScanFindings {
-    /// The findings in all parts, of which this one, whose first particle has the number `first`, has those of its tasks.
-    pub fn of_tasks(team: &Team, first: usize, tasks: &[Self]) -> Self {
+    /// The findings of `tasks` in the scan of `state`.
+    pub fn of_tasks<S: Space>(state: &FluidState<S>, tasks: &[Self]) -> Self {
         let mut own = tasks.iter().copied().fold(Self::default(), Self::with);
-        own.first_bad = own.first_bad.saturating_add(first);
-        team.join(own, |all, others| *all = all.with(others))
+        if own.first_bad != u64::MAX {
+            own.first_bad = state.place(own.first_bad as usize);
+        }
+        own
+    }
+
+    /// Adds the findings of other particles.
+    pub fn add(&mut self, others: Self) {
+        *self = self.with(others);
     }
 
     /// The findings of both.
@@ -195,10 +201,10 @@ impl ScanFindings {
         state: &FluidState<S>,
         at: StepStage,
     ) -> Result<f64, Box<Divergence>> {
-        if self.first_bad == usize::MAX {
+        if self.first_bad == u64::MAX {
             Ok(self.largest_square_speed.sqrt())
         } else {
-            let own = self.first_bad.checked_sub(state.first).filter(|i| *i < state.len());
+            let own = (0..state.len()).find(|i| state.place(*i) == self.first_bad);
             let found = own.map(|i| diagnosis(model, state, at, i));
             let found = model.team.join(found, |one, other| *one = one.take().or(other));
             Err(Box::new(found.unwrap_or_else(|| unreachable!("one part has the particle"))))
@@ -216,7 +222,8 @@ pub fn check_state<S: Space>(
     at: StepStage,
 ) -> Result<f64, Box<Divergence>> {
     let findings = model.arithmetic.run(CheckPass { limits: StateLimits::of(model), state });
-    ScanFindings::of_tasks(&model.team, state.first, &[findings]).verdict(model, state, at)
+    let own = ScanFindings::of_tasks(state, &[findings]);
+    model.team.join(own, ScanFindings::add).verdict(model, state, at)
 }
 
 /// The scan of every particle, without displacements.

@@ -2,11 +2,10 @@
 
 use std::ops::AddAssign;
 
-use serde::{Deserialize, Serialize};
 use sph::lanes::Lanes;
 
 /// Changes of the energy of compression \[J/m\], summed over particles, and what the acoustic relaxation loses.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct CompressionBudget {
     /// By continuity, Eq. (17).
     pub continuity: f64,

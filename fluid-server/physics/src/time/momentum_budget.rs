@@ -1,24 +1,21 @@
 //! The momentum budget of a stage: sums over the particles that it has moved.
 
-use std::ops::AddAssign;
-
-use serde::{Deserialize, Serialize};
 use sph::coupling::ledger::Energies;
 use sph::lanes::Lanes;
 use sph::space::Space;
+use sph::sums::{Numbers, each_of};
 
 use super::compression_budget::CompressionBudget;
 use crate::system::lane_arrays::largest;
 
 /// Forces of a stage and the change of momentum by them, summed over particles.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-#[serde(bound(serialize = "", deserialize = ""))]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct MomentumBudget<S: Space> {
     /// Force of the damping \[N/m\].
     pub damping: S::Vector,
     /// Σ m |a| + |p| V/h, the scale of round-off of the forces \[N/m\].
     pub gross: f64,
-    /// Largest acceleration \[m/s²\].
+    /// Largest acceleration \[m/s²\], which is no part of sums.
     pub largest_acceleration: f64,
     /// Σ m (v − vⁿ) \[kg/s\].
     pub momentum: S::Vector,
@@ -32,22 +29,23 @@ pub struct MomentumBudget<S: Space> {
     pub compression: CompressionBudget,
 }
 
-impl<S: Space> AddAssign for MomentumBudget<S> {
-    fn add_assign(&mut self, other: Self) {
-        self.damping += other.damping;
-        self.gross += other.gross;
-        self.largest_acceleration = self.largest_acceleration.max(other.largest_acceleration);
-        self.momentum += other.momentum;
-        self.gross_momentum += other.gross_momentum;
-        self.angular += other.angular;
-        self.energies += other.energies;
-        self.compression += other.compression;
+impl<S: Space> Numbers for MomentumBudget<S> {
+    fn each(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        let Self { damping, gross, momentum, gross_momentum, angular, energies, compression, .. } = self;
+        let AngularBudgetSums { change, gross_change, gross_torque, damping: torque, shifting, scheme } =
+            angular;
+        let Energies { kinetic, potential, internal, relaxation } = energies;
+        let CompressionBudget { continuity, diffusion, volume, relaxation_loss } = compression;
+        [damping, momentum].into_iter().for_each(|vector| each_of(vector, visit));
+        [change, torque, shifting, scheme].into_iter().for_each(|spin| each_of(spin, visit));
+        [gross, gross_momentum, gross_change, gross_torque].into_iter().for_each(&mut *visit);
+        [kinetic, potential, internal, relaxation].into_iter().for_each(&mut *visit);
+        [continuity, diffusion, volume, relaxation_loss].into_iter().for_each(&mut *visit);
     }
 }
 
 /// Change of angular momentum in a stage, and its causes other than the rates, summed over particles.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-#[serde(bound(serialize = "", deserialize = ""))]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct AngularBudgetSums<S: Space> {
     /// Σ m [(x − x₀) × v − (xⁿ − x₀) × vⁿ] \[kg m/s\].
     pub change: S::Spin,
@@ -61,17 +59,6 @@ pub struct AngularBudgetSums<S: Space> {
     pub shifting: S::Spin,
     /// Part of the time scheme, [`sph::coupling::ledger::scheme_moment`] \[kg m/s\].
     pub scheme: S::Spin,
-}
-
-impl<S: Space> AddAssign for AngularBudgetSums<S> {
-    fn add_assign(&mut self, other: Self) {
-        self.change += other.change;
-        self.gross_change += other.gross_change;
-        self.gross_torque += other.gross_torque;
-        self.damping += other.damping;
-        self.shifting += other.shifting;
-        self.scheme += other.scheme;
-    }
 }
 
 /// [`AngularBudgetSums`] in lanes.

@@ -51,7 +51,7 @@ pub struct StageSlices<'a, S: FluidSpace> {
 
 split_by_field!(StageSlices<S> { motion, density_rate, acceleration, base, fluid, budget, findings });
 
-/// The particles of one task.
+/// The particles of one group.
 ///
 /// Compiled with acoustic relaxation and without it. No product is fused with a sum: all paths give the same bits.
 pub struct Movement<'a, S: FluidSpace, const RELAXES: bool> {
@@ -74,12 +74,16 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
         let StageSlices { mut motion, density_rate, acceleration, base: mut start_of_step, fluid, .. } =
             slices;
         let count = fluid.len();
+        // Lanes beyond the last particle repeat it.
+        let all = first..first + count;
+        let (scan, step_rates, step_mass) =
+            (scan.within(all.clone()), &step.rates[all.clone()], &step.mass[all.clone()]);
+        let continuity = if step.continuity.is_empty() { &[] } else { &step.continuity[all] };
         let relaxation = if RELAXES { step.relaxation } else { None };
         let mut compression = LaneCompressionBudget::<L>::none();
         let (mut budget, mut findings) = (LaneMomentumBudget::<S, L>::none(), LaneScanFindings::<L>::none());
         for k in (0..count).step_by(WIDTH) {
-            let i = first + k;
-            let (rates, mass) = (LaneRates::<S, L>::of(get(step.rates, i)), numbers::<L>(step.mass, i));
+            let (rates, mass) = (LaneRates::<S, L>::of(get(step_rates, k)), numbers::<L>(step_mass, k));
             let start = Motion::<S, L>::get(&motion, k);
             let (mut extrapolated, mut q) = (None, None);
             let weighted = mass * weight(k, count);
@@ -89,7 +93,7 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                     if step.stage == Stage::Predictor {
                         start.put(&mut start_of_step, k);
                     }
-                    let rate = numbers(step.continuity, i);
+                    let rate = numbers(continuity, k);
                     if let Some(law) = &relaxation {
                         if step.stage == Stage::Predictor {
                             put(start_of_step.relaxation, k, get(motion.relaxation, k));
@@ -159,7 +163,7 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                 budget.relaxation = budget.relaxation + stored;
                 pressure = pressure + new;
             }
-            put(fluid, k, scan.pack(i, &end, mass, extrapolated, pressure, &mut findings));
+            put(fluid, k, scan.pack(k, &end, mass, extrapolated, pressure, &mut findings));
         }
         (slices.budget.0[0], slices.findings.0[0]) = (budget.total(compression.total()), findings.total());
     }

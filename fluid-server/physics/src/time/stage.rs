@@ -6,6 +6,7 @@ use sph::coupling::solver::Divergence;
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::space::geometry::{Geometry, Open, Periodic};
+use sph::sums::ExactSums;
 use sph::tasks::PerTask;
 
 use super::checks::{LaneScanFindings, Motion, ScanFindings};
@@ -15,8 +16,10 @@ use super::state_scan::StateScan;
 use crate::boundary::wall_states::WallStates;
 use crate::interface::fluid_interface::FluidInterface;
 use crate::neighbours::lists::{Lists, Moves};
+use crate::neighbours::placement::Needs;
 use crate::neighbours::scene::Scene;
-use crate::parts::halo::put as put_in;
+use crate::parts::halo::{Halo, put as put_in};
+use crate::parts::reach::Reach;
 use crate::rates::energy::EnergyInput;
 use crate::rates::gradients::{Gradients, Partner};
 use crate::rates::particle_rates::{ExternalForces, Rates, StagePart};
@@ -39,8 +42,12 @@ pub struct Workspace<S: FluidSpace> {
     pub fluid: Vec<S::Particle>,
     /// Whether `fluid` and `findings` are those of the present state.
     pub current: bool,
+    /// Which copies of particles of other parts are under way.
+    awaited: Option<Reach>,
     /// Walls as pair sums read them.
     pub walls: WallStates<S>,
+    /// Whether those near copies are still those of the stage before.
+    owes_walls: bool,
     /// Results of the gradient pass.
     pub gradients: Gradients<S>,
     /// The volume that the particles claim, with the volume correction.
@@ -53,15 +60,17 @@ pub struct Workspace<S: FluidSpace> {
     pub rates: Vec<Rates<S>>,
     /// The part of the density rates by continuity, Eq. (17), where a stage computes all rates \[kg/(m³ s)\].
     pub continuity: Vec<f64>,
-    /// External forces, by task.
+    /// External forces, by group.
     pub external: Vec<ExternalForces<S>>,
-    /// Momentum budget of the stage, by task.
+    /// Momentum budget of the stage, by group.
     pub budget: Vec<MomentumBudget<S>>,
+    /// Sums of the momentum budget and of the external forces; memory.
+    pub sums: [ExactSums; 2],
     /// Power of solids on the fluid in the corrector, and that of the compression by their approach \[W/m\].
     pub interface_powers: [f64; 2],
     /// What the predictor of leapfrog did to the compression of the fluid.
     pub predicted: CompressionBudget,
-    /// Findings of the last scan of the particles, by task.
+    /// Findings of the last scan of the particles, by task or group.
     pub findings_by_task: Vec<ScanFindings>,
     /// The same of the particles of all parts.
     pub findings: ScanFindings,
@@ -110,13 +119,16 @@ impl<S: FluidSpace> Workspace<S> {
         }
         self.largest_speed = self.findings.verdict(model, state, time.at)?;
         self.walls.field.place(&model.walls, &model.domain, time.state_time());
-        self.exchange_copies(model);
+        // Nodes take copies from farther away.
+        let reach = if self.reads_volume(model, time) { Reach::Nodes } else { Reach::Walls };
+        self.send_copies(model, reach);
         self.computes_gradients = self.part != StagePart::Momentum;
         // The corrector of leapfrog uses gradients in the order of the lists of the predictor.
         let ahead = if self.part == StagePart::Density { 0.5 * time.time_step } else { 0.0 };
         let moves = Moves { last, ahead, speed: self.largest_speed };
         let displacement = self.findings.largest_displacement();
-        if self.lists.outdated(model, state, &self.fluid, displacement, moves, &self.walls.field) {
+        if self.are_lists_outdated(model, state, displacement, moves) {
+            self.receive_copies(model);
             // The particles change their order.
             self.computes_gradients = true;
             self.lists.rebuild(model, state, &mut self.base, time, moves);
@@ -124,9 +136,30 @@ impl<S: FluidSpace> Workspace<S> {
                 interface.update_extent(&model.team, state);
             }
             self.pack(model, state, time.time_step);
-            self.exchange_copies(model);
+            self.send_copies(model, reach);
         }
         Ok(())
+    }
+
+    /// Whether the stage at `time` reads the volume.
+    fn reads_volume(&self, model: &FluidModel<S>, time: &StageTime) -> bool {
+        model.corrects_volume() && volume_reading::is_read(time.at, self.part)
+    }
+
+    fn are_lists_outdated(
+        &mut self,
+        model: &FluidModel<S>,
+        state: &FluidState<S>,
+        displacement: f64,
+        moves: Moves,
+    ) -> bool {
+        match self.lists.outdated(model, state, displacement, moves, &self.walls.field) {
+            Some(is_known) => is_known,
+            None => {
+                self.receive_copies(model);
+                self.lists.is_approached(model, state, &self.fluid, moves)
+            }
+        }
     }
 
     /// Packs every particle for the pair sums and checks it.
@@ -135,33 +168,42 @@ impl<S: FluidSpace> Workspace<S> {
     fn pack(&mut self, model: &FluidModel<S>, state: &FluidState<S>, time_step: f64) {
         let ahead = (self.part == StagePart::Momentum).then_some(0.5 * time_step);
         let Self { fluid, lists, findings_by_task, .. } = self;
-        fluid.resize(lists.halo().places(state.len()), S::Particle::default());
+        fluid.resize(lists.placement().places(state.len()), S::Particle::default());
         let scan = &StateScan::new(model, state.list_origin.as_ref());
-        let own = lists.halo().own(fluid.len());
-        let results = (&mut fluid[own], per_task(findings_by_task, state.len()));
+        let results = (&mut fluid[..state.len()], per_task(findings_by_task, state.len()));
         for_each_task(state.len(), results, &|particles, (packed, PerTask(findings))| {
             findings[0] =
                 model.arithmetic.run(PackPass { scan, state, ahead, first: particles.start, packed });
         });
-        self.findings = ScanFindings::of_tasks(&model.team, state.first, &self.findings_by_task);
+        let own = ScanFindings::of_tasks(state, &self.findings_by_task);
+        self.findings = model.team.join(own, ScanFindings::add);
     }
 
-    /// Renews the copies of particles of other parts.
-    fn exchange_copies(&mut self, model: &FluidModel<S>) {
-        let Self { fluid, lists, .. } = self;
-        let (team, halo) = (&model.team, lists.halo());
-        let first = halo.before();
-        halo.send(team, |k, message| {
-            let particle = &fluid[first + k];
+    /// Sends own particles to the parts that hold copies of them within `reach`.
+    fn send_copies(&mut self, model: &FluidModel<S>, reach: Reach) {
+        // Those of before, where nothing has needed them.
+        self.receive_copies(model);
+        let Self { fluid, lists, awaited, .. } = self;
+        let Some(halo) = lists.placement().halo() else { return };
+        halo.send(&model.team, reach, |i, message| {
+            let particle = &fluid[i];
             put_in(message, particle.position());
             put_in(message, particle.velocity());
             put_in(message, [particle.density(), particle.pressure(), particle.volume()]);
         });
-        halo.receive(team, |place, message| {
-            let (x, v) = (message.take(), message.take());
-            let [density, pressure, volume] = message.take();
-            fluid[place] = S::Particle::new(&x, &v, density, pressure, volume);
-        });
+        *awaited = Some(reach);
+    }
+
+    /// Waits for the copies that are under way.
+    fn receive_copies(&mut self, model: &FluidModel<S>) {
+        let Self { fluid, lists, awaited, .. } = self;
+        if let (Some(reach), Some(halo)) = (awaited.take(), lists.placement().halo()) {
+            halo.receive(&model.team, reach, |place, message| {
+                let (x, v) = (message.take(), message.take());
+                let [density, pressure, volume] = message.take();
+                fluid[place] = S::Particle::new(&x, &v, density, pressure, volume);
+            });
+        }
     }
 
     /// To be called where the state changes other than by a stage: drops what belongs to the old one.
@@ -181,14 +223,42 @@ impl<S: FluidSpace> Workspace<S> {
     }
 
     fn own<G: Geometry<S>>(&mut self, geometry: G, model: &FluidModel<S>, time: f64) {
-        let Self { lists, fluid, walls, gradients, computes_gradients, interface, rates, .. } = self;
-        walls.extrapolate(geometry, model, &lists.fluid_of_walls, fluid, time);
-        let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
-        if *computes_gradients {
-            let partner = if interface.is_some() { Partner::Present } else { Partner::Absent };
-            gradients.accumulate(&scene, partner, rates);
+        self.extrapolate_walls(geometry, model, Needs::Nothing, time);
+        self.owes_walls = true;
+        if self.computes_gradients {
+            self.accumulate(geometry, model, Needs::Nothing);
+            self.complete_copies(geometry, model, time);
+            self.accumulate(geometry, model, Needs::Copies);
         } else {
-            gradients.make_tensors(model, scene.own(), fluid);
+            let Self { lists, fluid, gradients, .. } = self;
+            let own = 0..lists.placement().halo().map_or(fluid.len(), Halo::own);
+            gradients.make_tensors(model, own, fluid);
+        }
+    }
+
+    fn extrapolate_walls<G: Geometry<S>>(
+        &mut self,
+        geometry: G,
+        model: &FluidModel<S>,
+        needs: Needs,
+        time: f64,
+    ) {
+        let Self { lists, fluid, walls, .. } = self;
+        walls.extrapolate(geometry, model, lists, needs, fluid, time);
+    }
+
+    fn accumulate<G: Geometry<S>>(&mut self, geometry: G, model: &FluidModel<S>, needs: Needs) {
+        let Self { lists, fluid, walls, gradients, interface, rates, .. } = self;
+        let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
+        let partner = if interface.is_some() { Partner::Present } else { Partner::Absent };
+        gradients.accumulate(&scene, needs, partner, rates);
+    }
+
+    /// Waits for copies, and extrapolates the walls near them.
+    fn complete_copies<G: Geometry<S>>(&mut self, geometry: G, model: &FluidModel<S>, time: f64) {
+        self.receive_copies(model);
+        if std::mem::take(&mut self.owes_walls) {
+            self.extrapolate_walls(geometry, model, Needs::Copies, time);
         }
     }
 
@@ -218,66 +288,81 @@ impl<S: FluidSpace> Workspace<S> {
         stage: &StageTime,
         [own, partner]: [&StateColumns; 2],
     ) {
-        let Self {
-            lists,
-            fluid,
-            walls,
-            gradients,
-            volume,
-            computes_gradients,
-            part,
-            interface,
-            rates,
-            continuity,
-            external,
-            base,
-            interface_powers,
-            ..
-        } = self;
-        let (part, time) = (*part, stage.state_time());
-        let reads_volume = model.corrects_volume() && volume_reading::is_read(stage.at, part);
+        let (part, time) = (self.part, stage.state_time());
+        let reads_volume = self.reads_volume(model, stage);
         if reads_volume {
-            lists.place_background(model, stage.at.step);
+            self.lists.place_background(model, stage.at.step);
+            // The nodes take all of them.
+            self.complete_copies(geometry, model, time);
         }
+        let Self { lists, fluid, walls, gradients, volume, interface, rates, .. } = self;
         let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
         if let Some(interface) = interface {
             interface.update(time, own, partner);
-            if *computes_gradients {
+            if self.computes_gradients {
                 interface.add_neighbour_sums(&scene, gradients, rates);
             }
         }
-        if *computes_gradients && part == StagePart::Momentum {
+        if self.computes_gradients && part == StagePart::Momentum {
             gradients.make_tensors(model, scene.own(), fluid);
         }
         if part != StagePart::Density {
-            gradients.exchange_copies(&scene);
             gradients.find_near_surface(&scene);
             if reads_volume {
+                gradients.exchange_surface(&scene);
                 let (interface, at_surface) = (interface.as_ref(), |i| gradients.is_at_surface(i));
                 volume.read(&scene, &walls.field, time, interface, at_surface, &mut state.volume_excess);
             }
+            gradients.send_copies(&scene);
         }
-        let state = &*state;
-        // Leapfrog has not moved velocities since the start of the step.
-        let start_velocity = if part == StagePart::Whole { &base.velocity } else { &state.velocity };
+        self.add_rates(geometry, model, state, stage, Needs::Nothing);
+        self.complete_copies(geometry, model, time);
+        let Self { lists, fluid, walls, gradients, .. } = self;
+        let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
+        if part != StagePart::Density {
+            gradients.receive_copies(&scene);
+            gradients.find_near_surface_copies(&scene);
+        }
+        self.add_rates(geometry, model, state, stage, Needs::Copies);
+        let Self { lists, fluid, walls, gradients, interface, rates, continuity, base, .. } = self;
+        let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
+        if let Some(interface) = interface {
+            interface.add_rates(&scene, state, part, gradients, (rates, continuity));
+            if stage.at.stage == Stage::Corrector {
+                let start_velocity = start_velocity(part, base, state);
+                self.interface_powers =
+                    interface.powers(&model.team, start_velocity, 0.5 * stage.time_step, rates);
+            }
+        }
+    }
+
+    /// Rates of own particles with such `needs`, without those by the partner.
+    fn add_rates<G: Geometry<S>>(
+        &mut self,
+        geometry: G,
+        model: &FluidModel<S>,
+        state: &FluidState<S>,
+        stage: &StageTime,
+        needs: Needs,
+    ) {
+        let Self {
+            lists, fluid, walls, gradients, part, interface, rates, continuity, external, base, ..
+        } = self;
+        let (part, time) = (*part, stage.state_time());
+        let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
+        if needs == Needs::Copies && lists.placement().groups_with(needs).is_empty() {
+            return;
+        }
         let motions = model.walls.motions_at(time);
-        let half = 0.5 * stage.time_step;
         let energy = (stage.at.stage == Stage::Corrector).then(|| EnergyInput {
-            start_velocity,
-            half,
+            start_velocity: start_velocity(part, base, state),
+            half: 0.5 * stage.time_step,
             by_solids: interface.as_mut().map_or(&[], |interface| interface.accelerations(state)),
             falling: model.falling,
             motions: &motions,
         });
-        let moves = energy.is_some();
         StageFields { scene, state, field: &walls.field, gradients, time, part, energy }
-            .rates(rates, continuity, external);
-        if let Some(interface) = interface {
-            interface.add_rates(&scene, state, part, gradients, (rates, continuity));
-            if moves {
-                *interface_powers = interface.powers(&model.team, start_velocity, half, rates);
-            }
-        }
+            .rates(needs, rates, continuity, external);
     }
 
     /// Walls and gradients of `state` at a step boundary of `time` \[s\], for outputs; the next stage replaces them.
@@ -290,7 +375,7 @@ impl<S: FluidSpace> Workspace<S> {
     pub fn evaluate_boundary(
         &mut self,
         model: &FluidModel<S>,
-        state: &FluidState<S>,
+        state: &mut FluidState<S>,
         time: f64,
     ) -> Result<bool, Box<Divergence>> {
         let last = self.findings.largest_square_move.sqrt();
@@ -300,16 +385,16 @@ impl<S: FluidSpace> Workspace<S> {
         // The number of the step appears in a divergence only.
         let speed = self.findings.verdict(model, state, StepStage::FIRST)?;
         self.walls.field.place(&model.walls, &model.domain, time);
-        self.exchange_copies(model);
+        self.send_copies(model, Reach::Walls);
         let moves = Moves { last, ahead: 0.0, speed };
         let displacement = self.findings.largest_displacement();
-        if self.lists.outdated(model, state, &self.fluid, displacement, moves, &self.walls.field) {
+        if self.are_lists_outdated(model, state, displacement, moves) {
+            self.receive_copies(model);
             return Ok(false);
         }
         self.computes_gradients = true;
         self.evaluate_own(model, time);
-        let own = self.lists.halo().own(self.fluid.len());
-        self.gradients.make_tensors(model, own, &self.fluid);
+        self.gradients.make_tensors(model, 0..state.len(), &self.fluid);
         Ok(true)
     }
 
@@ -318,6 +403,15 @@ impl<S: FluidSpace> Workspace<S> {
         self.lists.release();
         self.gradients = Gradients::default();
     }
+}
+
+/// Velocities at the start of the step: leapfrog has not moved them since.
+fn start_velocity<'a, S: FluidSpace>(
+    part: StagePart,
+    base: &'a StepStart<S>,
+    state: &'a FluidState<S>,
+) -> &'a [S::Vector] {
+    if part == StagePart::Whole { &base.velocity } else { &state.velocity }
 }
 
 /// The pass over the particles of one task that packs them.
@@ -336,6 +430,7 @@ impl<S: FluidSpace> LanePass for PackPass<'_, S> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> ScanFindings {
         let Self { scan, state, .. } = self;
+        let scan = scan.within(self.first..self.first + self.packed.len());
         let FluidState { position, velocity, density, mass, acceleration, relaxation, .. } = state;
         let mut findings = LaneScanFindings::<L>::none();
         for k in (0..self.packed.len()).step_by(WIDTH) {
@@ -358,7 +453,7 @@ impl<S: FluidSpace> LanePass for PackPass<'_, S> {
             put(
                 self.packed,
                 k,
-                scan.pack(i, &motion, numbers(mass, i), extrapolated, pressure, &mut findings),
+                scan.pack(k, &motion, numbers(mass, i), extrapolated, pressure, &mut findings),
             );
         }
         findings.total()

@@ -1,5 +1,7 @@
 //! The scan of a new state: packs its particles for the next pair sums and checks them.
 
+use std::ops::Range;
+
 use sph::lanes::{Lanes, WIDTH};
 use sph::laws::equation_of_state::Tait;
 use sph::space::geometry::{Geometry, Periodic};
@@ -17,6 +19,8 @@ pub struct StateScan<'a, S: FluidSpace> {
     limits: StateLimits<S>,
     periodic: Option<Periodic<S>>,
     origin: Option<&'a [S::Vector]>,
+    /// The first particle of the scan.
+    first: usize,
 }
 
 impl<'a, S: FluidSpace> StateScan<'a, S> {
@@ -27,10 +31,17 @@ impl<'a, S: FluidSpace> StateScan<'a, S> {
             limits: StateLimits::of(model),
             periodic: model.domain.is_periodic().then(|| Periodic::new(&model.domain)),
             origin: origin.map(|origin| &origin.position[..]),
+            first: 0,
         }
     }
 
-    /// Packs the particles from `first` on, of `mass` per depth \[kg/m\], and adds what is found of them to `findings`.
+    /// The scan of the particles in `range` of these.
+    pub fn within(&self, range: Range<usize>) -> Self {
+        let first = self.first + range.start;
+        Self { origin: self.origin.map(|origin| &origin[range]), first, ..*self }
+    }
+
+    /// Packs the particles from number `first` of the scan on, of `mass` per depth \[kg/m\], and adds what is found of them to `findings`.
     ///
     /// Pair sums read `velocity` \[m/s\], or by default their own, and `pressure` \[Pa\], with that of the acoustic
     /// relaxation. No product is fused with a sum: the state has the same bits on each path.
@@ -45,7 +56,7 @@ impl<'a, S: FluidSpace> StateScan<'a, S> {
         findings: &mut LaneScanFindings<L>,
     ) -> [S::Particle; WIDTH] {
         let Motion { x, v: own_velocity, rho: density } = *motion;
-        findings.add(&self.limits, first, motion, self.displacement(first, x));
+        findings.add(&self.limits, self.first + first, motion, self.displacement(first, x));
         let v = match velocity {
             Some(velocity) => velocity,
             None => own_velocity,

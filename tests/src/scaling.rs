@@ -1,0 +1,233 @@
+//! What a step of a fluid in parts costs: a model of a cube of water in space, divided as the solver divides it.
+
+use std::ops::Range;
+
+/// Bytes of a particle as pair sums read it: position, velocity, density, pressure and volume.
+const STATE_BYTES: f64 = 8.0 * 9.0;
+/// Bytes of its results of the gradient pass that neighbours read: damper, eigenvalue, ∇ρ and L, and whether it lies at the
+/// surface.
+const GRADIENT_BYTES: f64 = 8.0 * (2.0 + 3.0 + 6.0) + 1.0;
+/// Bytes for the reading of the volume: the excess, and whether it lies at the surface.
+const VOLUME_BYTES: f64 = 8.0 + 1.0;
+/// Steps from one reading of the volume to the next.
+const READING_STEPS: f64 = 4.0;
+/// Messages to each neighbour in a step: two with particles, one with gradients, and two for a reading.
+const MESSAGES: f64 = 3.0 + 2.0 / READING_STEPS;
+/// What all parts find together in a step: budgets of both stages, and whether particles have left.
+const AGREEMENTS: f64 = 3.0;
+/// Calls of the first part in a step: four in each stage, the end of the step, and its energies.
+const CALLS: f64 = 10.0;
+
+/// Most particles of a run of cells along x.
+const RUN: f64 = 128.0;
+/// What a copy is taken to cost, over an own particle, where space is divided.
+const WORK_OF_COPY: f64 = 0.3;
+
+/// A box, in particle spacings.
+pub type Brick = [Range<f64>; 3];
+
+/// A cube of water that is divided among parts.
+#[derive(Clone, Copy, Debug)]
+pub struct Cube {
+    /// Particles along an edge.
+    pub across: f64,
+    /// Edge of a cell over the particle spacing.
+    pub cell: f64,
+    /// Number of parts.
+    pub parts: usize,
+}
+
+/// What a part, or all of them, exchange in a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Exchange {
+    /// Particles.
+    pub particles: f64,
+    /// Particles whose sums need no copies.
+    pub inner: f64,
+    /// Copies.
+    pub copies: f64,
+    /// Messages with copies.
+    pub messages: f64,
+    /// Their bytes.
+    pub bytes: f64,
+}
+
+impl Cube {
+    /// The bricks of the parts.
+    pub fn bricks(&self) -> Vec<Brick> {
+        let mut bricks = Vec::with_capacity(self.parts);
+        self.divide([0, 1, 2].map(|axis| 0..self.ends(axis).len()), self.parts, &mut bricks);
+        bricks
+    }
+
+    /// Ends of the units along `axis`: runs of cells along x, and cells along other axes. The last cell is up to twice as wide.
+    fn ends(&self, axis: usize) -> Vec<f64> {
+        let cells = (self.across / self.cell).floor().max(1.0);
+        let run = if axis == 0 { (RUN / self.cell.powi(3)).floor().clamp(1.0, cells) } else { 1.0 };
+        let units = (cells / run).ceil();
+        let count = units as usize;
+        let end = |unit: usize| {
+            if unit == count { self.across } else { (unit as f64 * cells / units).ceil() * self.cell }
+        };
+        (1..=count).map(end).collect()
+    }
+
+    /// Cuts a box of units so that the slower side has least to do, again and again.
+    fn divide(&self, units: [Range<usize>; 3], parts: usize, bricks: &mut Vec<Brick>) {
+        let ends = [0, 1, 2].map(|axis| self.ends(axis));
+        let place = |axis: usize, unit: usize| if unit == 0 { 0.0 } else { ends[axis][unit - 1] };
+        let along = |axis: usize| place(axis, units[axis].start)..place(axis, units[axis].end);
+        if parts <= 1 {
+            bricks.push([0, 1, 2].map(along));
+            return;
+        }
+        let share = (parts / 2) as f64 / parts as f64;
+        let cuts = [0, 1, 2].map(|axis| {
+            let (start, length) = (along(axis).start, along(axis).end - along(axis).start);
+            let off = |unit: &usize| ((place(axis, *unit) - start) / length - share).abs();
+            let nearest = units[axis].clone().min_by(|a, b| off(a).total_cmp(&off(b)));
+            let unit = nearest.unwrap_or(units[axis].start);
+            let below = (place(axis, unit) - start) / length;
+            let copies = (3.0 * self.cell / length).min(below.max(1.0 - below));
+            let slower = (below / share).max((1.0 - below) / (1.0 - share));
+            (axis, unit, slower + 2.0 * WORK_OF_COPY * copies)
+        });
+        let best = cuts.into_iter().min_by(|a, b| a.2.total_cmp(&b.2));
+        let Some((axis, unit, _)) = best else { return };
+        let (mut first, mut second) = (units.clone(), units.clone());
+        (first[axis].end, second[axis].start) = (unit, unit);
+        self.divide(first, parts / 2, bricks);
+        self.divide(second, parts - parts / 2, bricks);
+    }
+
+    /// What each part exchanges in a step in which no lists are built.
+    pub fn exchanges(&self) -> Vec<Exchange> {
+        let bricks = self.bricks();
+        let of = |brick: &Brick| {
+            let [one, two, three] = [1.0, 2.0, 3.0].map(|rings| {
+                volume(&brick.clone().map(|along| {
+                    (along.start - rings * self.cell).max(0.0)
+                        ..(along.end + rings * self.cell).min(self.across)
+                })) - volume(brick)
+            });
+            let near = |rings: f64| {
+                let others = bricks
+                    .iter()
+                    .filter(|other| *other != brick && distance(brick, other) < rings * self.cell);
+                others.count() as f64
+            };
+            // Three of four correctors take copies from as far as predictors do.
+            let farther = 1.0 / READING_STEPS;
+            Exchange {
+                particles: volume(brick),
+                inner: volume(&brick.clone().map(|along| {
+                    let start = if along.start > 0.0 { along.start + self.cell } else { 0.0 };
+                    let end = if along.end < self.across { along.end - self.cell } else { along.end };
+                    start..end.max(start)
+                })),
+                copies: three,
+                messages: near(2.0) * (2.0 - farther)
+                    + near(3.0) * (farther + 2.0 / READING_STEPS)
+                    + near(1.0),
+                bytes: STATE_BYTES * (two * (2.0 - farther) + three * farther)
+                    + GRADIENT_BYTES * one
+                    + VOLUME_BYTES / READING_STEPS * three,
+            }
+        };
+        bricks.iter().map(of).collect()
+    }
+}
+
+/// What particles, copies and messages cost.
+#[derive(Clone, Copy, Debug)]
+pub struct Costs {
+    /// CPU time of a particle in a step \[s\].
+    pub particle: f64,
+    /// CPU time of a copy in a step \[s\].
+    pub copy: f64,
+    /// Time of a message from one part to another \[s\].
+    pub message: f64,
+    /// Bytes that a part can send in a second.
+    pub bandwidth: f64,
+}
+
+/// Time of a step, with one core for each part \[s\].
+#[derive(Clone, Copy, Debug)]
+pub struct StepTime {
+    /// Own particles.
+    pub particles: f64,
+    /// Copies.
+    pub copies: f64,
+    /// Transfer that no sums hide.
+    pub transfer: f64,
+    /// What all parts find together, and calls.
+    pub agreement: f64,
+}
+
+impl StepTime {
+    /// The slowest of the parts of `cube`.
+    pub fn of(cube: &Cube, costs: &Costs) -> Self {
+        // Messages go along a tree.
+        let hops = (cube.parts as f64).log2().ceil();
+        let times = cube.exchanges().into_iter().map(|exchange| {
+            let transfer =
+                exchange.messages.min(MESSAGES * 26.0) * costs.message + exchange.bytes / costs.bandwidth;
+            Self {
+                particles: costs.particle * exchange.particles,
+                copies: costs.copy * exchange.copies,
+                transfer: (transfer - costs.particle * exchange.inner).max(0.0),
+                agreement: (2.0 * AGREEMENTS + CALLS) * hops * costs.message,
+            }
+        });
+        let slowest = times.max_by(|a, b| a.total().total_cmp(&b.total()));
+        slowest.unwrap_or(Self { particles: 0.0, copies: 0.0, transfer: 0.0, agreement: 0.0 })
+    }
+
+    /// The whole step.
+    pub fn total(&self) -> f64 {
+        self.particles + self.copies + self.transfer + self.agreement
+    }
+}
+
+fn volume(brick: &Brick) -> f64 {
+    brick.iter().map(|along| along.end - along.start).product()
+}
+
+/// Largest gap along an axis.
+fn distance(a: &Brick, b: &Brick) -> f64 {
+    let gap = |axis: usize| (a[axis].start - b[axis].end).max(b[axis].start - a[axis].end);
+    (0..3).map(gap).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bricks_fill_the_cube_and_eight_have_each_other_as_neighbours() {
+        for parts in [1, 2, 3, 5, 8, 64] {
+            let exchanges = Cube { across: 96.0, cell: 3.0, parts }.exchanges();
+            assert_eq!(exchanges.len(), parts);
+            let particles: f64 = exchanges.iter().map(|exchange| exchange.particles).sum();
+            assert!((particles - 96.0_f64.powi(3)).abs() < 1e-6, "{parts}");
+        }
+        let eight = Cube { across: 96.0, cell: 3.0, parts: 8 }.exchanges();
+        // 48 particles across each, with copies beyond three faces.
+        let copies = 57.0_f64.powi(3) - 48.0_f64.powi(3);
+        assert!(eight.iter().all(|exchange| (exchange.copies - copies).abs() < 1e-6), "{eight:?}");
+        assert!(eight.iter().all(|exchange| (exchange.messages - 7.0 * MESSAGES).abs() < 1e-9));
+        assert_eq!(Cube { across: 96.0, cell: 3.0, parts: 1 }.exchanges()[0].bytes, 0.0);
+    }
+
+    #[test]
+    fn a_step_is_as_long_as_its_slowest_part() {
+        let costs = Costs { particle: 1e-6, copy: 0.0, message: 0.0, bandwidth: f64::INFINITY };
+        let time = |parts| StepTime::of(&Cube { across: 96.0, cell: 3.0, parts }, &costs).total();
+        assert!((time(1) / time(2) - 2.0).abs() < 1e-9);
+        // Cells are not cut: of 32 along an axis one part of three has 11.
+        assert!((time(1) / time(3) - 32.0 / 11.0).abs() < 1e-9, "{}", time(1) / time(3));
+        let slow = Costs { message: 1e-3, ..costs };
+        let time = StepTime::of(&Cube { across: 96.0, cell: 3.0, parts: 4 }, &slow);
+        assert!((time.agreement - 32.0 * 1e-3).abs() < 1e-12, "{time:?}");
+    }
+}

@@ -130,6 +130,13 @@ impl Transport for MpiTransport {
         self.inboxes.len()
     }
 
+    fn shares_cores(&self) -> bool {
+        // Where the launcher does not say how many are here, all may be.
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let here = launch::launched().and_then(|launched| launched.here).unwrap_or(self.size());
+        here > cores
+    }
+
     fn send(&mut self, to: usize, channel: Channel, message: Vec<u8>) -> Result<(), Lost> {
         if to >= self.size() {
             return Err(Lost { rank: to });

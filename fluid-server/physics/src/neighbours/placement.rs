@@ -86,7 +86,8 @@ impl<S: FluidSpace> Placement<S> {
     ) {
         let team = &model.team;
         let lattice = Lattice::new(cells, model.constants.particle_spacing);
-        let loads = team.all(self.balance.load(team.clock().computing()));
+        let computing = (!team.shares_cores()).then(|| team.clock().computing());
+        let loads = team.all(self.balance.load(computing));
         let slowness = self.balance.slowness(&loads, team.rank());
         let kept = self.place.take().map(|place| place.bricks).filter(|_| !self.balance.is_lost());
         let bricks =

@@ -21,8 +21,8 @@ const LARGEST_IMBALANCE: f64 = 0.05;
 pub struct Load {
     /// Its work, by the lengths of its lists.
     pub work: u64,
-    /// Time in which it has computed \[s\].
-    pub seconds: f64,
+    /// Time in which it has computed \[s\]; `None` where that says nothing of its work.
+    pub seconds: Option<f64>,
 }
 
 /// Largest over mean work of the parts, less one.
@@ -53,8 +53,9 @@ impl Imbalance {
 
 /// What is known of the work of the parts.
 ///
-/// The lengths of lists say at once how the work has moved; how fast each part does its work is measured, and averaged over
-/// many builds of lists, since other programs disturb it. Whatever is found, results have the same bits.
+/// The lengths of lists say at once how the work has moved. How fast each part does its work is measured where parts have cores
+/// of their own, and averaged over many builds of lists, since other programs disturb it. Whatever is found, results have the
+/// same bits.
 #[derive(Clone, Debug, Default)]
 pub struct Balance {
     /// Work of the present lists of this part.
@@ -75,9 +76,9 @@ impl Balance {
         self.built_after = computing;
     }
 
-    /// What this part has had to do with these lists, when it has computed for `computing`.
-    pub fn load(&self, computing: Duration) -> Load {
-        let seconds = computing.saturating_sub(self.built_after).as_secs_f64();
+    /// What this part has had to do with these lists, when it has computed for `computing`, if that is known.
+    pub fn load(&self, computing: Option<Duration>) -> Load {
+        let seconds = computing.map(|computing| computing.saturating_sub(self.built_after).as_secs_f64());
         Load { work: self.work, seconds }
     }
 
@@ -85,21 +86,25 @@ impl Balance {
     pub fn slowness(&mut self, loads: &[Load], rank: usize) -> f64 {
         self.slowness.resize(loads.len(), 1.0);
         let work: u64 = loads.iter().map(|load| load.work).sum();
-        let seconds: f64 = loads.iter().map(|load| load.seconds).sum();
-        if work > 0 && seconds > 0.0 {
-            let largest = loads.iter().map(|load| load.work).max().unwrap_or_default();
-            // Far below 2^53.
-            let (work, parts) = (work as f64, loads.len() as f64);
-            self.imbalance.add(largest as f64 * parts / work - 1.0);
-            for (load, slowness) in loads.iter().zip(&mut self.slowness).filter(|(load, _)| load.work > 0) {
-                let measured = load.seconds / seconds * work / load.work as f64;
+        if work == 0 {
+            return self.slowness[rank];
+        }
+        // Far below 2^53.
+        let (work, parts) = (work as f64, loads.len() as f64);
+        let excess = |largest: f64, all: f64| largest * parts / all - 1.0;
+        let largest = loads.iter().map(|load| load.work).max().unwrap_or_default();
+        self.imbalance.add(excess(largest as f64, work));
+        let seconds: Option<f64> = loads.iter().map(|load| load.seconds).sum();
+        for (load, slowness) in loads.iter().zip(&mut self.slowness).filter(|(load, _)| load.work > 0) {
+            if let (Some(own), Some(all)) = (load.seconds, seconds.filter(|seconds| *seconds > 0.0)) {
+                let measured = own / all * work / load.work as f64;
                 *slowness += NEWEST * (measured.clamp(1.0 / LARGEST_SLOWNESS, LARGEST_SLOWNESS) - *slowness);
             }
-            let costs = loads.iter().zip(&self.slowness).map(|(load, slowness)| load.work as f64 * slowness);
-            let (largest, all) =
-                costs.fold((0.0_f64, 0.0), |(largest, all), cost| (largest.max(cost), all + cost));
-            self.is_lost = largest * parts / all - 1.0 > LARGEST_IMBALANCE;
         }
+        let costs = loads.iter().zip(&self.slowness).map(|(load, slowness)| load.work as f64 * slowness);
+        let (largest, all) =
+            costs.fold((0.0_f64, 0.0), |(largest, all), cost| (largest.max(cost), all + cost));
+        self.is_lost = excess(largest, all) > LARGEST_IMBALANCE;
         self.slowness[rank]
     }
 
@@ -119,7 +124,7 @@ mod tests {
     use super::*;
 
     fn load(work: u64, seconds: f64) -> Load {
-        Load { work, seconds }
+        Load { work, seconds: Some(seconds) }
     }
 
     #[test]
@@ -143,6 +148,17 @@ mod tests {
             assert!((balance.imbalance().mean().unwrap() - mean).abs() < 1e-12, "{loads:?}");
             assert_eq!(balance.is_lost(), is_lost, "{loads:?}");
         }
+    }
+
+    #[test]
+    fn where_time_says_nothing_work_alone_decides() {
+        let loads = |works: [u64; 2]| works.map(|work| Load { work, seconds: None });
+        let mut balance = Balance::default();
+        assert_eq!([0, 1].map(|rank| balance.slowness(&loads([100, 104]), rank)), [1.0; 2]);
+        assert!(!balance.is_lost());
+        balance.slowness(&loads([100, 300]), 0);
+        // Once more than the mean of 200 by a half, in three builds.
+        assert!(balance.is_lost() && balance.imbalance().largest() == Some(0.5));
     }
 
     #[test]

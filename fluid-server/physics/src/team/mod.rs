@@ -34,6 +34,7 @@ pub struct Team {
 struct Others {
     rank: usize,
     size: usize,
+    shares_cores: bool,
     /// Only the thread of the solver uses it: the lock is always free.
     post: Mutex<Post>,
     /// Whether a solver has the turn.
@@ -75,12 +76,13 @@ impl Drop for Turn {
 impl Team {
     /// The team of the parts that `transport` joins.
     pub fn new(transport: Box<dyn Transport>) -> Self {
-        let (rank, size) = (transport.rank(), transport.size());
+        let (rank, size, shares_cores) = (transport.rank(), transport.size(), transport.shares_cores());
         Self {
             others: (size > 1).then(|| {
                 Arc::new(Others {
                     rank,
                     size,
+                    shares_cores,
                     post: Mutex::new(Post { transport, clock: Clock::default() }),
                     taken: Mutex::new(false),
                     free: Condvar::new(),
@@ -114,6 +116,11 @@ impl Team {
     /// Number of parts.
     pub fn size(&self) -> usize {
         self.others.as_ref().map_or(1, |others| others.size)
+    }
+
+    /// Whether parts share cores.
+    pub fn shares_cores(&self) -> bool {
+        self.others.as_ref().is_some_and(|others| others.shares_cores)
     }
 
     /// Starts the clock of a call of the solver.

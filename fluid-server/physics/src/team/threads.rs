@@ -39,6 +39,10 @@ impl Transport for ThreadTransport {
         self.to.len()
     }
 
+    fn shares_cores(&self) -> bool {
+        true
+    }
+
     fn send(&mut self, to: usize, channel: Channel, message: Vec<u8>) -> Result<(), Lost> {
         self.to[to][channel.index()].send(message).map_err(|_| Lost { rank: to })
     }

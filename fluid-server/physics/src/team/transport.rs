@@ -31,6 +31,9 @@ pub trait Transport: Send + Debug {
     /// Number of parts.
     fn size(&self) -> usize;
 
+    /// Whether parts share cores: then the time that one takes says nothing of its work.
+    fn shares_cores(&self) -> bool;
+
     /// Sends `message` to part `to` on `channel`; does not wait until it is received.
     ///
     /// # Errors

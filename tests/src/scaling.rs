@@ -18,11 +18,6 @@ const AGREEMENTS: f64 = 3.0;
 /// Calls of the first part in a step: four in each stage, the end of the step, and its energies.
 const CALLS: f64 = 10.0;
 
-/// Most particles of a run of cells along x.
-const RUN: f64 = 128.0;
-/// What a copy is taken to cost, over an own particle, where space is divided.
-const WORK_OF_COPY: f64 = 0.3;
-
 /// A box, in particle spacings.
 pub type Brick = [Range<f64>; 3];
 
@@ -53,51 +48,11 @@ pub struct Exchange {
 }
 
 impl Cube {
-    /// The bricks of the parts.
+    /// The bricks of the parts, without the steps in their faces.
     pub fn bricks(&self) -> Vec<Brick> {
         let mut bricks = Vec::with_capacity(self.parts);
-        self.divide([0, 1, 2].map(|axis| 0..self.ends(axis).len()), self.parts, &mut bricks);
+        divide([0, 1, 2].map(|_| 0.0..self.across), self.parts, &mut bricks);
         bricks
-    }
-
-    /// Ends of the units along `axis`: runs of cells along x, and cells along other axes. The last cell is up to twice as wide.
-    fn ends(&self, axis: usize) -> Vec<f64> {
-        let cells = (self.across / self.cell).floor().max(1.0);
-        let run = if axis == 0 { (RUN / self.cell.powi(3)).floor().clamp(1.0, cells) } else { 1.0 };
-        let units = (cells / run).ceil();
-        let count = units as usize;
-        let end = |unit: usize| {
-            if unit == count { self.across } else { (unit as f64 * cells / units).ceil() * self.cell }
-        };
-        (1..=count).map(end).collect()
-    }
-
-    /// Cuts a box of units so that the slower side has least to do, again and again.
-    fn divide(&self, units: [Range<usize>; 3], parts: usize, bricks: &mut Vec<Brick>) {
-        let ends = [0, 1, 2].map(|axis| self.ends(axis));
-        let place = |axis: usize, unit: usize| if unit == 0 { 0.0 } else { ends[axis][unit - 1] };
-        let along = |axis: usize| place(axis, units[axis].start)..place(axis, units[axis].end);
-        if parts <= 1 {
-            bricks.push([0, 1, 2].map(along));
-            return;
-        }
-        let share = (parts / 2) as f64 / parts as f64;
-        let cuts = [0, 1, 2].map(|axis| {
-            let (start, length) = (along(axis).start, along(axis).end - along(axis).start);
-            let off = |unit: &usize| ((place(axis, *unit) - start) / length - share).abs();
-            let nearest = units[axis].clone().min_by(|a, b| off(a).total_cmp(&off(b)));
-            let unit = nearest.unwrap_or(units[axis].start);
-            let below = (place(axis, unit) - start) / length;
-            let copies = (3.0 * self.cell / length).min(below.max(1.0 - below));
-            let slower = (below / share).max((1.0 - below) / (1.0 - share));
-            (axis, unit, slower + 2.0 * WORK_OF_COPY * copies)
-        });
-        let best = cuts.into_iter().min_by(|a, b| a.2.total_cmp(&b.2));
-        let Some((axis, unit, _)) = best else { return };
-        let (mut first, mut second) = (units.clone(), units.clone());
-        (first[axis].end, second[axis].start) = (unit, unit);
-        self.divide(first, parts / 2, bricks);
-        self.divide(second, parts - parts / 2, bricks);
     }
 
     /// What each part exchanges in a step in which no lists are built.
@@ -136,6 +91,21 @@ impl Cube {
         };
         bricks.iter().map(of).collect()
     }
+}
+
+/// Cuts a box across its longest axis, again and again.
+fn divide(brick: Brick, parts: usize, bricks: &mut Vec<Brick>) {
+    if parts <= 1 {
+        bricks.push(brick);
+        return;
+    }
+    let length = |axis: usize| brick[axis].end - brick[axis].start;
+    let axis = (1..3).fold(0, |best, axis| if length(axis) > length(best) { axis } else { best });
+    let at = brick[axis].start + length(axis) * (parts / 2) as f64 / parts as f64;
+    let (mut first, mut second) = (brick.clone(), brick);
+    (first[axis].end, second[axis].start) = (at, at);
+    divide(first, parts / 2, bricks);
+    divide(second, parts - parts / 2, bricks);
 }
 
 /// What particles, copies and messages cost.
@@ -224,8 +194,7 @@ mod tests {
         let costs = Costs { particle: 1e-6, copy: 0.0, message: 0.0, bandwidth: f64::INFINITY };
         let time = |parts| StepTime::of(&Cube { across: 96.0, cell: 3.0, parts }, &costs).total();
         assert!((time(1) / time(2) - 2.0).abs() < 1e-9);
-        // Cells are not cut: of 32 along an axis one part of three has 11.
-        assert!((time(1) / time(3) - 32.0 / 11.0).abs() < 1e-9, "{}", time(1) / time(3));
+        assert!((time(1) / time(3) - 3.0).abs() < 1e-9, "{}", time(1) / time(3));
         let slow = Costs { message: 1e-3, ..costs };
         let time = StepTime::of(&Cube { across: 96.0, cell: 3.0, parts: 4 }, &slow);
         assert!((time.agreement - 32.0 * 1e-3).abs() < 1e-12, "{time:?}");

@@ -8,22 +8,36 @@ use std::time::{Duration, Instant};
 /// processes feed each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Patience {
-    /// Polls without sleeping for this long after something last happened.
+    /// Polls without sleeping for this long while the program waits for a message.
     pub(super) eager: Duration,
     /// First sleep after that; each later one is twice as long.
     pub(super) shortest: Duration,
-    /// The longest sleep.
+    /// The longest sleep while the program waits, or a message of this process is on its way.
     pub(super) longest: Duration,
+    /// The longest sleep at other times: each poll takes a core from a thread that computes.
+    pub(super) idle: Duration,
 }
 
 impl Default for Patience {
     fn default() -> Self {
         Self {
-            eager: Duration::from_millis(1),
+            eager: Duration::from_millis(10),
             shortest: Duration::from_micros(20),
             longest: Duration::from_micros(250),
+            idle: Duration::from_millis(1),
         }
     }
+}
+
+/// What polling is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Aim {
+    /// The program waits for a message.
+    Awaited,
+    /// A message of this process is on its way.
+    Sending,
+    /// Nothing is known to come.
+    Idle,
 }
 
 /// State of one wait.
@@ -46,10 +60,9 @@ impl Pause {
         self.next = self.patience.shortest;
     }
 
-    /// Yields, or sleeps until the time is over or the thread is unparked. Only when `eager` does it
-    /// yield at first.
-    pub(super) fn wait(&mut self, eager: bool) {
-        if eager {
+    /// Yields, or sleeps until the time is over or the thread is unparked.
+    pub(super) fn wait(&mut self, aim: Aim) {
+        if aim == Aim::Awaited {
             let since = *self.since.get_or_insert_with(|| {
                 self.next = self.patience.shortest;
                 Instant::now()
@@ -61,7 +74,8 @@ impl Pause {
         } else {
             self.since = None;
         }
-        std::thread::park_timeout(self.next);
-        self.next = (self.next * 2).min(self.patience.longest);
+        let longest = if aim == Aim::Idle { self.patience.idle } else { self.patience.longest };
+        std::thread::park_timeout(self.next.min(longest));
+        self.next = (self.next * 2).min(longest);
     }
 }

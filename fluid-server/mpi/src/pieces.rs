@@ -1,7 +1,7 @@
 //! Messages as MPI carries them: pieces of less than 1 GiB, since MPI counts in `i32`.
 //!
-//! MPI keeps the order of all messages between two processes, whatever their tags: the tag says which channel a message is
-//! for and whether more of it follows, and no header is needed.
+//! MPI keeps the order of messages between two processes: the tag says which channel one is for and whether more of it
+//! follows, and no header is needed. Pieces of messages on several channels may alternate.
 
 use fluid::Channel;
 use mpi::point_to_point::{Message, Status};
@@ -43,22 +43,29 @@ pub(super) enum Arrival {
     Bye,
 }
 
-/// Puts the pieces of each sender together again.
+/// Puts the pieces of each sender on each channel together again.
 #[derive(Debug)]
 pub(super) struct Assembly {
-    begun: Vec<Option<Vec<u8>>>,
+    begun: Vec<[Option<Vec<u8>>; Channel::ALL.len()]>,
 }
 
 impl Assembly {
     pub(super) fn new(size: usize) -> Self {
-        Self { begun: vec![None; size] }
+        Self { begun: vec![Default::default(); size] }
     }
 
     /// Receives a piece that was matched by a probe; returns it with the number of its sender.
     pub(super) fn take(&mut self, piece: (Message, Status)) -> (usize, Arrival) {
         let tag = piece.1.tag();
         let from = index(piece.1.source_rank());
-        let whole = match self.begun[from].take() {
+        if tag >= BYE {
+            drop(piece.matched_receive_vec::<u8>());
+            return (from, Arrival::Bye);
+        }
+        // Tags of this program are not negative, and less than those of a leave.
+        let channel = Channel::ALL[index(tag % MORE)];
+        let begun = &mut self.begun[from][channel.index()];
+        let whole = match begun.take() {
             None => piece.matched_receive_vec::<u8>().0,
             Some(mut begun) => {
                 let (message, status) = piece;
@@ -69,16 +76,11 @@ impl Assembly {
                 begun
             }
         };
-        if tag >= BYE {
-            return (from, Arrival::Bye);
+        if tag >= MORE {
+            *begun = Some(whole);
+            return (from, Arrival::Part);
         }
-        match Channel::ALL.into_iter().find(|channel| LAST + channel.index() as i32 == tag) {
-            Some(channel) => (from, Arrival::Whole(channel, whole)),
-            None => {
-                self.begun[from] = Some(whole);
-                (from, Arrival::Part)
-            }
-        }
+        (from, Arrival::Whole(channel, whole))
     }
 }
 

@@ -1,16 +1,17 @@
-//! Messages by MPI, which a thread of its own calls.
+//! Messages by MPI, for which there is a thread of its own.
 //!
 //! The thread works in rounds. In each it lends all messages that wait to MPI, in a scope of rsmpi which it leaves when they
 //! are sent: the buffers outlive the requests. Meanwhile, and whenever there is nothing to send, it takes in what arrives.
 //! Every part always takes in, so that every round ends whatever the program does.
 //!
-//! A thread for MPI needs no more than that the library be called by one thread, and messages travel while the program
-//! computes.
+//! So messages travel while the program computes. Short ones are sent by the thread that has them, where none waits: the
+//! library takes them in at once, while a core for the thread for MPI may be free only milliseconds later. The threads call
+//! the library in turn.
 
 use std::fmt;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 use fluid::{Channel, Lost, Transport};
@@ -20,8 +21,11 @@ use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
 
 use super::launch;
-use super::pause::{Patience, Pause};
+use super::pause::{Aim, Patience, Pause};
 use super::pieces::{Arrival, Assembly, BYE, NOTHING, PIECE, index, pieces, rank};
+
+/// Largest message that is sent by the thread that has it: libraries send as much at once.
+const SHORT: usize = 4000;
 
 /// Why MPI could not be started.
 #[derive(Debug, thiserror::Error)]
@@ -68,6 +72,23 @@ struct Started {
     inboxes: Vec<Inbox>,
 }
 
+/// What the threads of a transport share.
+#[derive(Debug, Default)]
+struct Shared {
+    /// Held during each call of the library.
+    library: Mutex<()>,
+    /// Number of messages on each channel that the thread for MPI has yet to send.
+    waiting: [AtomicUsize; Channel::ALL.len()],
+    /// Whether `receive` waits; the thread then polls eagerly.
+    waited_for: AtomicBool,
+}
+
+impl Shared {
+    fn library(&self) -> MutexGuard<'_, ()> {
+        self.library.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
 /// Messages between the processes of an MPI program.
 ///
 /// When it is dropped it takes leave of the other parts, and waits until all of them have done so.
@@ -76,8 +97,7 @@ pub struct MpiTransport {
     inboxes: Vec<Inbox>,
     /// `None` once it is dropped.
     orders: Option<Sender<Order>>,
-    /// Whether `receive` waits; the thread then polls eagerly.
-    waited_for: Arc<AtomicBool>,
+    shared: Arc<Shared>,
     /// `None` once it is dropped.
     thread: Option<JoinHandle<()>>,
 }
@@ -99,19 +119,37 @@ impl MpiTransport {
     pub fn start(patience: Patience) -> Result<Self, StartError> {
         let (orders, taken) = channel();
         let (started, ready) = sync_channel(1);
-        let waited_for = Arc::new(AtomicBool::new(false));
-        let watched = Arc::clone(&waited_for);
+        let shared = Arc::new(Shared::default());
+        let of_thread = Arc::clone(&shared);
         let thread = std::thread::Builder::new()
             .name("mpi".to_owned())
             .spawn(move || {
                 let pause = Pause::new(patience);
-                run(pause, &watched, &taken, |result| {
+                run(pause, &of_thread, &taken, |result| {
                     drop(started.send(result));
                 });
             })
             .map_err(StartError::Thread)?;
         let Started { rank, inboxes } = ready.recv().map_err(|_| StartError::Ended)??;
-        Ok(Self { rank, inboxes, orders: Some(orders), waited_for, thread: Some(thread) })
+        Ok(Self { rank, inboxes, orders: Some(orders), shared, thread: Some(thread) })
+    }
+
+    /// Sends a short `message`: the library takes it in before the other process does.
+    fn send_at_once(&self, to: usize, channel: Channel, message: &[u8]) {
+        let process = SimpleCommunicator::world();
+        let process = process.process_at_rank(rank(to));
+        mpi::request::scope(|scope| {
+            for (tag, bytes) in pieces(channel, message, PIECE) {
+                let library = self.shared.library();
+                let mut open = process.immediate_send_with_tag(scope, bytes, tag).test();
+                drop(library);
+                while let Err(request) = open {
+                    std::thread::yield_now();
+                    let _library = self.shared.library();
+                    open = request.test();
+                }
+            }
+        });
     }
 
     fn wake(&self) {
@@ -142,6 +180,13 @@ impl Transport for MpiTransport {
             return Err(Lost { rank: to });
         }
         let orders = self.orders.as_ref().ok_or(Lost { rank: to })?;
+        // Messages on a channel keep their order.
+        let waiting = &self.shared.waiting[channel.index()];
+        if message.len() <= SHORT && waiting.load(Ordering::Acquire) == 0 {
+            self.send_at_once(to, channel, &message);
+            return Ok(());
+        }
+        waiting.fetch_add(1, Ordering::Relaxed);
         orders.send((to, channel, message)).map_err(|_| Lost { rank: to })?;
         self.wake();
         Ok(())
@@ -155,10 +200,10 @@ impl Transport for MpiTransport {
             Err(TryRecvError::Disconnected) => return Err(lost),
             Err(TryRecvError::Empty) => {}
         }
-        self.waited_for.store(true, Ordering::Relaxed);
+        self.shared.waited_for.store(true, Ordering::Relaxed);
         self.wake();
         let message = inbox.recv();
-        self.waited_for.store(false, Ordering::Relaxed);
+        self.shared.waited_for.store(false, Ordering::Relaxed);
         message.map_err(|_| lost)
     }
 }
@@ -177,11 +222,11 @@ impl Drop for MpiTransport {
 /// The whole life of the thread, from the start of MPI to its end.
 fn run(
     pause: Pause,
-    waited_for: &AtomicBool,
+    shared: &Shared,
     orders: &Receiver<Order>,
     report: impl FnOnce(Result<Started, StartError>),
 ) {
-    let needed = Threading::Funneled;
+    let needed = Threading::Serialized;
     let Some((universe, given)) = mpi::initialize_with_threading(needed) else {
         report(Err(StartError::Again));
         return;
@@ -204,7 +249,7 @@ fn run(
             (Some(outlets), inbox)
         })
         .unzip();
-    let mut post = Post { assembly: Assembly::new(size), world, outlets, pause, waited_for };
+    let mut post = Post { assembly: Assembly::new(size), world, outlets, pause, shared };
     report(Ok(Started { rank, inboxes }));
     post.serve(orders);
     post.close(rank);
@@ -218,7 +263,7 @@ struct Post<'a> {
     /// Where to put what comes from each part, by channel; `None` once it has taken leave.
     outlets: Vec<Option<Vec<Sender<Vec<u8>>>>>,
     pause: Pause,
-    waited_for: &'a AtomicBool,
+    shared: &'a Shared,
 }
 
 impl Post<'_> {
@@ -235,10 +280,13 @@ impl Post<'_> {
             };
             if !batch.is_empty() {
                 self.round(&batch);
+                for (_, channel, _) in &batch {
+                    self.shared.waiting[channel.index()].fetch_sub(1, Ordering::Release);
+                }
             } else if closed {
                 return;
             } else {
-                self.take_in_or_pause();
+                self.take_in_or_pause(Aim::Idle);
             }
         }
     }
@@ -247,37 +295,45 @@ impl Post<'_> {
     fn round(&mut self, batch: &[Order]) {
         mpi::request::scope(|scope| {
             let mut open = Vec::with_capacity(batch.len());
+            let library = self.shared.library();
             for (to, channel, message) in batch {
                 let process = self.world.process_at_rank(rank(*to));
                 for (tag, bytes) in pieces(*channel, message, PIECE) {
                     open.push(process.immediate_send_with_tag(scope, bytes, tag));
                 }
             }
+            drop(library);
             loop {
+                let library = self.shared.library();
                 open = open.into_iter().filter_map(|request| request.test().err()).collect();
+                drop(library);
                 if open.is_empty() {
                     break;
                 }
-                self.take_in_or_pause();
+                self.take_in_or_pause(Aim::Sending);
             }
         });
     }
 
-    /// Takes in one piece of a message, or pauses if none is there.
-    fn take_in_or_pause(&mut self) {
+    /// Takes in one piece of a message, or pauses if none is there: for a message that the program waits for, or `otherwise`.
+    fn take_in_or_pause(&mut self, otherwise: Aim) {
         if self.take_in() {
             self.pause.reset();
         } else {
-            self.pause.wait(self.waited_for.load(Ordering::Relaxed));
+            let is_awaited = self.shared.waited_for.load(Ordering::Relaxed);
+            self.pause.wait(if is_awaited { Aim::Awaited } else { otherwise });
         }
     }
 
     /// Takes in one piece of a message, if one is there.
     fn take_in(&mut self) -> bool {
+        let library = self.shared.library();
         let Some(matched) = self.world.any_process().immediate_matched_probe() else {
             return false;
         };
-        match self.assembly.take(matched) {
+        let taken = self.assembly.take(matched);
+        drop(library);
+        match taken {
             (from, Arrival::Whole(channel, message)) => {
                 if let Some(outlets) = &self.outlets[from] {
                     // Not wanted any more where the transport is being dropped.
@@ -293,6 +349,7 @@ impl Post<'_> {
     /// Takes leave of the other parts and waits until all of them have done so.
     fn close(&mut self, own: usize) {
         let size = self.outlets.len();
+        let library = self.shared.library();
         let mut byes: Vec<_> = (0..size)
             .filter(|to| *to != own)
             .map(|to| {
@@ -300,13 +357,16 @@ impl Post<'_> {
                 process.immediate_send_with_tag(StaticScope, NOTHING, BYE)
             })
             .collect();
+        drop(library);
         self.outlets[own] = None;
         loop {
+            let library = self.shared.library();
             byes = byes.into_iter().filter_map(|bye| bye.test().err()).collect();
+            drop(library);
             if byes.is_empty() && self.outlets.iter().all(Option::is_none) {
                 return;
             }
-            self.take_in_or_pause();
+            self.take_in_or_pause(Aim::Sending);
         }
     }
 }

@@ -3,16 +3,12 @@
 use sph::space::Space;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
-use sph::tasks::for_each;
 
 use crate::neighbours::lists::Lists;
 use crate::neighbours::placement::Needs;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::walls::WallField;
-
-/// Wall particles per task.
-const TASK: usize = 64;
 
 /// The walls as the fluid sees them in one stage.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +34,9 @@ impl<S: FluidSpace> WallStates<S> {
         let count = particles.len().min(self.field.position.len());
         let answered = (0..count).filter(|w| lists.placement().answers_for(model, &self.field.position[*w]));
         let state = |w: usize| {
-            let p = &particles[w];
+            // Where no fluid is near, none has looked.
+            let apart = inactive::<S>(model, &self.field.position[w]);
+            let p = if lists.placement().of_wall(w).is_some() { &particles[w] } else { &apart };
             (w, (p.position(), p.velocity(), [p.density(), p.pressure(), p.volume()]))
         };
         let all = model.team.join_at_first(answered.map(state).collect::<Vec<_>>(), Vec::extend);
@@ -68,22 +66,18 @@ impl<S: FluidSpace> WallStates<S> {
         time: f64,
     ) {
         let (placement, fluid_of_walls) = (lists.placement(), &lists.fluid_of_walls);
-        if needs == Needs::Copies && placement.halo().is_none() {
-            return;
-        }
+        let groups = placement.wall_groups_with(needs);
         let Self { field, particles } = self;
         // The last one does not act: it pads batches of neighbours.
         particles.resize(model.walls.len() + 1, S::Particle::default());
-        let rest_density = model.constants.rest_density;
-        let inactive = |x: &S::Vector| S::Particle::new(x, &S::Vector::zeros(), rest_density, 0.0, 0.0);
-        particles[model.walls.len()] = inactive(&model.domain.lower);
+        particles[model.walls.len()] = inactive::<S>(model, &model.domain.lower);
         let body_force = model.body_force.at(time);
-        for_each(&mut particles[..model.walls.len()], TASK, |w, particle| {
+        let extrapolate = |w: usize, particle: &mut S::Particle| {
             if placement.of_wall(w) != Some(needs) {
                 return;
             }
             let x = &field.position[w];
-            *particle = inactive(x);
+            *particle = inactive::<S>(model, x);
             if !model.walls.acts(model.walls.wall[w], time) {
                 return;
             }
@@ -104,8 +98,17 @@ impl<S: FluidSpace> WallStates<S> {
                 let density = model.equation_of_state.wall_density(pressure);
                 *particle = S::Particle::new(x, &velocity, density, pressure, model.walls.mass / density);
             }
+        };
+        let particles = &mut particles[..model.walls.len()];
+        placement.wall_groups().for_each(groups, particles, &|walls, particles: &mut [S::Particle]| {
+            walls.zip(particles).for_each(|(w, particle)| extrapolate(w, particle));
         });
     }
+}
+
+/// A wall particle at `x` \[m\] that does not act.
+fn inactive<S: FluidSpace>(model: &FluidModel<S>, x: &S::Vector) -> S::Particle {
+    S::Particle::new(x, &S::Vector::zeros(), model.constants.rest_density, 0.0, 0.0)
 }
 
 /// Velocity of a wall particle toward the fluid, Eq. (27): mirrored along `normal`, or wholly where that is zero.

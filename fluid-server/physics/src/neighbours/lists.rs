@@ -9,7 +9,7 @@ use sph::tasks::{for_each, map};
 use super::background_grid::{BackgroundGrid, NodeSpacings};
 use super::drift::Drift;
 use super::placement::{PartRows, Placement};
-use super::rows::{Order, Padding, Rows, Search, Sources};
+use super::rows::{Order, Padding, Rows, Search, Sources, Targets};
 use crate::parts::balance::WORK_OF_PARTICLE;
 use crate::parts::reach::Reach;
 use crate::system::list_limits::{
@@ -164,7 +164,8 @@ impl<S: FluidSpace> Lists<S> {
             let cells = self.cells(model, &state.position, state.total(), radius);
             let of_particle = map(state.len(), TASK, |i| cells.index(&model.domain, &state.position[i]));
             // The lists are those of these particles, unless some have left: of others, then, which cost about the same.
-            let weight = |i: usize| self.fluid.work(i) + self.walls.work(i) + WORK_OF_PARTICLE as f64;
+            // Pairs with walls count twice, for the states of walls too.
+            let weight = |i: usize| self.fluid.work(i) + 2.0 * self.walls.work(i) + WORK_OF_PARTICLE as f64;
             self.placement.divide(model, cells, of_particle, weight, state, base);
             self.bin_copies(model, cells);
         }
@@ -316,6 +317,7 @@ impl<S: FluidSpace> Lists<S> {
             self.wall_sources.bin(domain, &self.wall_origin, radius(model, thickest));
             self.wall_sources.place(domain, &self.wall_origin);
         }
+        self.placement.find_walls(model, self.fluid_sources.grid(), &self.wall_origin);
         if domain.is_periodic() {
             self.fill(model, Periodic::new(domain), fluid, radius(model, skin));
         } else {
@@ -344,8 +346,10 @@ impl<S: FluidSpace> Lists<S> {
         let walls = &wall_origin[..];
         let sources = if model.team.is_alone() { fluid } else { self.placement.positions() };
         // The last wall particle does not act. Indices are of 32 bits.
-        fluid_rows.build(&search, of_fluid, sources, fluid, Padding::Target);
-        wall_rows.build(&search, of_walls, walls, fluid, Padding::Index(walls.len() as u32));
+        let own = Targets { position: fluid, asked: None };
+        fluid_rows.build(&search, of_fluid, sources, own, Padding::Target);
+        wall_rows.build(&search, of_walls, walls, own, Padding::Index(walls.len() as u32));
+        let walls = Targets { position: walls, asked: self.placement.near_walls() };
         fluid_of_walls.build(&search, of_fluid, sources, walls, Padding::Index(u32::MAX));
     }
 }

@@ -1,6 +1,7 @@
 //! Which particles a part has, where its copies of others lie, and what can be computed before these arrive.
 
 use sph::neighbours::{CellGrid, Cells};
+use sph::tasks::map;
 
 use super::rows::Rows;
 use crate::parts::balance::{Balance, Imbalance};
@@ -12,7 +13,10 @@ use crate::parts::redistribution::redistribute;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::FluidSpace;
 use crate::system::state::{FluidState, ListOrigin, StepStart};
-use crate::system::tasks::Groups;
+use crate::system::tasks::{Groups, TASK};
+
+/// Wall particles per task.
+const WALL_TASK: usize = 64;
 
 /// What the sums of particles need beside own particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +31,8 @@ pub enum Needs {
 #[derive(Debug)]
 pub struct Placement<S: FluidSpace> {
     groups: Groups,
+    /// Tasks of wall particles.
+    walls: Groups,
     /// `None` in a part that is alone.
     place: Option<Place<S>>,
     balance: Balance,
@@ -44,13 +50,17 @@ struct Place<S: FluidSpace> {
     border: Vec<u32>,
     /// Groups that need no copies, and those that do.
     groups: [Vec<u32>; 2],
+    /// Whether own particles can meet each wall particle, before they are known to.
+    near_walls: Vec<bool>,
     /// What each wall particle needs, `None` where no own particle meets it.
     walls: Vec<Option<Needs>>,
+    /// Tasks of wall particles of which some need no copies, and of which some do.
+    wall_tasks: [Vec<u32>; 2],
 }
 
 impl<S: FluidSpace> Default for Placement<S> {
     fn default() -> Self {
-        Self { groups: Groups::default(), place: None, balance: Balance::default() }
+        Self { groups: Groups::default(), walls: Groups::default(), place: None, balance: Balance::default() }
     }
 }
 
@@ -133,24 +143,51 @@ impl<S: FluidSpace> Placement<S> {
             halo,
             border: Vec::new(),
             groups: Default::default(),
+            near_walls: Vec::new(),
             walls: Vec::new(),
+            wall_tasks: Default::default(),
         });
+    }
+
+    /// Finds which of the wall particles at `walls` \[m\] own particles can meet, which lie in the cells of `grid` as copies do.
+    pub fn find_walls(&mut self, model: &FluidModel<S>, grid: &CellGrid<S>, walls: &[S::Vector]) {
+        let tasks =
+            (0..walls.len()).step_by(WALL_TASK).map(|first| walls.len().min(first + WALL_TASK) as u32);
+        self.walls = Groups::new(tasks.collect());
+        let Some(place) = &mut self.place else { return };
+        let (counts, own) = (grid.counts(), place.bricks.cells(&place.lattice, model.team.rank()));
+        place.near_walls = map(walls.len(), WALL_TASK, |w| {
+            let cell = grid.cell(&model.domain.wrapped(&walls[w])).place();
+            // The last cell is up to twice as long.
+            let is_beyond = |axis: usize| cell[axis] < -1 || cell[axis] > counts[axis] as i32 + 1;
+            let nearest = S::axes(|axis| (cell[axis].max(0) as usize).min(counts[axis] - 1));
+            let distance = own.distance_to_cell(nearest);
+            distance.is_some_and(|distance| distance <= Reach::Neighbours.rings())
+                && !(0..S::DIMENSIONS).any(is_beyond)
+        });
+    }
+
+    /// Whether own particles can meet each wall particle; `None` in a part that is alone.
+    pub fn near_walls(&self) -> Option<&[bool]> {
+        self.place.as_ref().map(|place| &place.near_walls[..])
     }
 
     /// Finds in the lists of own particles what they need, with the wall particles at `walls` \[m\].
     pub fn find_needs(&mut self, model: &FluidModel<S>, rows: PartRows<'_>, wall_position: &[S::Vector]) {
-        let Self { groups, place, balance } = self;
+        let Self { groups, place, balance, .. } = self;
         let Some(place) = place else { return };
         let own = place.halo.own();
-        let is_copy = |j: usize| j >= own;
+        let at_border = map(own, TASK, |i| rows.fluid.has_from(i, own));
         place.border.clear();
-        place.border.extend((0u32..).take(own).filter(|i| rows.fluid.neighbours(*i as usize).any(is_copy)));
+        place.border.extend((0u32..).zip(&at_border).filter(|(_, is)| **is).map(|(i, _)| i));
         // Outputs ask the part that answers for them; where those that move are by then is not known.
-        let answered = wall_position.iter().map(|x| model.walls.moves() || place.answers_for(model, x));
-        let mut walls: Vec<_> = answered.map(|is| is.then_some(Needs::Nothing)).collect();
+        let is_asked_for = |x| model.walls.moves() || place.answers_for(model, x);
+        let near = wall_position.iter().zip(&place.near_walls);
+        let mut walls: Vec<_> =
+            near.map(|(x, near)| (*near && is_asked_for(x)).then_some(Needs::Nothing)).collect();
         (0..own).flat_map(|i| rows.walls.neighbours(i)).for_each(|w| walls[w] = Some(Needs::Nothing));
         for (w, needs) in walls.iter_mut().enumerate().filter(|(_, needs)| needs.is_some()) {
-            if rows.fluid_of_walls.neighbours(w).any(is_copy) {
+            if rows.fluid_of_walls.has_from(w, own) {
                 *needs = Some(Needs::Copies);
             }
         }
@@ -166,6 +203,11 @@ impl<S: FluidSpace> Placement<S> {
             let waits = waits || particles.clone().any(meets_border);
             place.groups[usize::from(waits)].push(*group);
         }
+        let with = |needs: Needs| {
+            let has_some = |task: &u32| self.walls.particles(*task).any(|w| walls[w] == Some(needs));
+            self.walls.all().iter().copied().filter(has_some).collect()
+        };
+        place.wall_tasks = [Needs::Nothing, Needs::Copies].map(with);
         place.walls = walls;
         let batches = rows.fluid.batches() + rows.walls.batches() + rows.fluid_of_walls.batches();
         balance.built(own, batches, model.team.clock().computing());
@@ -212,6 +254,20 @@ impl<S: FluidSpace> Placement<S> {
         }
     }
 
+    /// Wall particles whose states are found one after the other.
+    pub fn wall_groups(&self) -> &Groups {
+        &self.walls
+    }
+
+    /// The groups of wall particles of which some have such `needs`.
+    pub fn wall_groups_with(&self, needs: Needs) -> &[u32] {
+        match (&self.place, needs) {
+            (Some(place), _) => &place.wall_tasks[needs as usize],
+            (None, Needs::Nothing) => self.walls.all(),
+            (None, Needs::Copies) => &[],
+        }
+    }
+
     /// What wall particle `w` needs; `None` where no own particle meets it.
     #[inline(always)]
     pub fn of_wall(&self, w: usize) -> Option<Needs> {
@@ -242,7 +298,8 @@ impl<S: FluidSpace> Placement<S> {
     /// Gives back the memory that belongs to lists. The particles keep their places.
     pub fn release(&mut self) {
         if let Some(place) = &mut self.place {
-            (place.positions, place.border, place.walls) = (Vec::new(), Vec::new(), Vec::new());
+            (place.positions, place.border) = (Vec::new(), Vec::new());
+            (place.near_walls, place.walls) = (Vec::new(), Vec::new());
         }
     }
 
@@ -252,9 +309,10 @@ impl<S: FluidSpace> Placement<S> {
             place.halo.bytes()
                 + size_of::<S::Vector>() * place.positions.capacity()
                 + 4 * place.border.capacity()
+                + place.near_walls.capacity()
                 + size_of::<Option<Needs>>() * place.walls.capacity()
         };
-        self.groups.bytes() + self.place.as_ref().map_or(0, of_place)
+        self.groups.bytes() + self.walls.bytes() + self.place.as_ref().map_or(0, of_place)
     }
 }
 

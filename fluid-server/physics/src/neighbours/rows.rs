@@ -152,6 +152,15 @@ pub struct Search<'a, G, S: Space> {
     pub radius: f64,
 }
 
+/// Whose neighbours are sought.
+#[derive(Clone, Copy, Debug)]
+pub struct Targets<'a, S: Space> {
+    /// Their positions \[m\].
+    pub position: &'a [S::Vector],
+    /// Which of them are asked for; `None` for all.
+    pub asked: Option<&'a [bool]>,
+}
+
 /// For each target the indices of its neighbours, in batches.
 #[derive(Debug, Default)]
 pub struct Rows {
@@ -184,6 +193,17 @@ impl Rows {
         self.of(i).as_flattened().iter().map(|j| *j as usize).filter(move |j| *j != padding)
     }
 
+    /// Whether target `i` has a neighbour whose index is `first` at least.
+    #[inline]
+    pub fn has_from(&self, i: usize, first: usize) -> bool {
+        let padding = match self.padding {
+            Padding::Target => i as u32,
+            Padding::Index(index) => index,
+        };
+        let is_one = |j: &u32| (*j as usize >= first) & (*j != padding);
+        self.of(i).as_flattened().iter().fold(false, |any, j| any | is_one(j))
+    }
+
     /// Number of batches of target `i`; 0 where there is none.
     pub fn work(&self, i: usize) -> f64 {
         let chunk = self.chunks.get(i / TASK).filter(|chunk| i % TASK < chunk.ends.len());
@@ -200,7 +220,8 @@ impl Rows {
         self.chunks.iter().map(|chunk| 4 * (chunk.ends.capacity() + chunk.indices.capacity())).sum()
     }
 
-    /// All sources, which are at `given` \[m\], closer than the radius of `search` to each of `targets` \[m\].
+    /// All sources, which are at `given` \[m\], closer than the radius of `search` to each of `targets`; none for those that
+    /// are not asked for.
     ///
     /// Neighbours follow each other by cell, then as in [`Sources::order`].
     pub fn build<S: Space, G: Geometry<S>>(
@@ -208,14 +229,17 @@ impl Rows {
         search: &Search<G, S>,
         sources: &Sources<S>,
         given: &[S::Vector],
-        targets: &[S::Vector],
+        targets: Targets<'_, S>,
         padding: Padding,
     ) {
         let positions = sources.placed(given);
         self.padding = padding;
-        self.chunks.resize_with(targets.len().div_ceil(TASK), Chunk::default);
-        for_each_task(targets.len(), PerTask(&mut self.chunks), &|particles, PerTask(chunk)| {
-            let (first, targets, chunk) = (particles.start, &targets[particles], &mut chunk[0]);
+        let Targets { position, asked } = targets;
+        self.chunks.resize_with(position.len().div_ceil(TASK), Chunk::default);
+        for_each_task(position.len(), PerTask(&mut self.chunks), &|particles, PerTask(chunk)| {
+            let asked = asked.map(|asked| &asked[particles.clone()]);
+            let (first, position, chunk) = (particles.start, &position[particles], &mut chunk[0]);
+            let targets = Targets { position, asked };
             search.arithmetic.run(Fill { search, sources, positions, targets, first, padding, chunk });
         });
     }
@@ -236,7 +260,7 @@ struct Fill<'a, G, S: Space> {
     sources: &'a Sources<S>,
     /// The sources in the order of cells \[m\].
     positions: &'a [S::Vector],
-    targets: &'a [S::Vector],
+    targets: Targets<'a, S>,
     first: usize,
     padding: Padding,
     chunk: &'a mut Chunk,
@@ -270,7 +294,11 @@ impl<S: Space, G: Geometry<S>> LanePass for Fill<'_, G, S> {
         let mut used = 0;
         // Most targets lie in the cell of the one before.
         let mut around = None;
-        for (k, target) in targets.iter().enumerate() {
+        for (k, target) in targets.position.iter().enumerate() {
+            if targets.asked.is_some_and(|asked| !asked[k]) {
+                ends.push((used / WIDTH) as u32);
+                continue;
+            }
             let target = domain.wrapped(target);
             let centre = S::splat_vector::<L>(&target);
             // Its place in the order of cells.

@@ -1,4 +1,7 @@
 //! Which part owns what is where: space is cut in two again and again.
+//!
+//! A cut goes through one layer of units, of which some rows belong to either side: so both sides have their share of the
+//! work however few layers there are.
 
 use std::ops::Range;
 
@@ -6,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use sph::space::Space;
 use sph::space::tensors::SpaceVector;
 
+use super::cell_boxes::{CellBox, CellBoxes};
 use super::lattice::Lattice;
 use super::reach::Reach;
 use crate::team::Team;
@@ -13,30 +17,99 @@ use crate::team::Team;
 /// What a copy costs, over an own particle: measured in space.
 const WORK_OF_COPY: f64 = 0.3;
 
-/// Space divided among parts by planes across the axes.
+/// Space divided among parts.
 #[derive(Clone, Debug)]
 pub struct Bricks<S: Space> {
     nodes: Vec<Node>,
-    /// Lower and upper ends of what each part owns \[m\]; infinite at the outside.
-    boxes: Vec<[S::Vector; 2]>,
+    /// Disjoint boxes that together are what each part owns.
+    boxes: Vec<Vec<Bounds<S>>>,
 }
+
+/// Lower and upper end \[m\]; infinite at the outside.
+type Bounds<S> = [<S as Space>::Vector; 2];
 
 #[derive(Clone, Copy, Debug)]
 enum Node {
     Part(usize),
-    /// What is below `at` \[m\] along `axis` is in the next node, the rest in node `above`.
+    /// What is below the cut is in the next node, the rest in node `above`.
     Cut {
-        axis: usize,
-        at: f64,
+        cut: Cut,
         above: usize,
     },
+}
+
+/// A surface between two sides: across `axis`, with one step in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Cut {
+    axis: usize,
+    /// Ends of the layer that both sides have rows of \[m\].
+    layer: [f64; 2],
+    /// Axis along which these rows follow each other.
+    across: usize,
+    /// Place of the step along it \[m\].
+    at: f64,
+}
+
+impl Cut {
+    fn is_below<S: Space>(&self, x: &S::Vector) -> bool {
+        let [start, end] = self.layer;
+        x[self.axis] < start || x[self.axis] < end && x[self.across] < self.at
+    }
+
+    /// The boxes into which `bounds` are cut, those below and those above.
+    fn halves<S: Space>(&self, bounds: &Bounds<S>) -> [Vec<Bounds<S>>; 2] {
+        let Self { axis, layer: [start, end], across, at } = *self;
+        let within = |limits: &[(usize, f64, f64)]| {
+            let [mut lower, mut upper] = *bounds;
+            for (axis, start, end) in limits {
+                lower[*axis] = lower[*axis].max(*start);
+                upper[*axis] = upper[*axis].min(*end);
+            }
+            [lower, upper]
+        };
+        let (low, high) = (f64::NEG_INFINITY, f64::INFINITY);
+        let below = [within(&[(axis, low, start)]), within(&[(axis, start, end), (across, low, at)])];
+        let above = [within(&[(axis, start, end), (across, at, high)]), within(&[(axis, end, high)])];
+        let is_box = |[lower, upper]: &Bounds<S>| (0..S::DIMENSIONS).all(|axis| lower[axis] < upper[axis]);
+        [below, above].map(|boxes| boxes.into_iter().filter(is_box).collect())
+    }
+}
+
+/// A cut by units.
+#[derive(Clone, Copy, Debug)]
+struct UnitCut {
+    axis: usize,
+    /// The layer that both sides have rows of.
+    layer: usize,
+    across: usize,
+    /// The first row of it that belongs to the upper side.
+    row: usize,
+}
+
+impl UnitCut {
+    fn is_below<S: Space>(&self, units: &S::Of<usize>) -> bool {
+        (units[self.axis], units[self.across]) < (self.layer, self.row)
+    }
+
+    fn in_space<S: Space>(&self, lattice: &Lattice<S>) -> Cut {
+        let Self { axis, layer, across, row } = *self;
+        let layer = [layer, layer + 1].map(|unit| between(lattice, axis, unit));
+        Cut { axis, layer, across, at: between(lattice, across, row) }
+    }
 }
 
 /// A node that is to be divided among `parts`.
 #[derive(Clone, Debug)]
 struct Open<S: Space> {
     parts: Range<usize>,
-    bounds: [S::Vector; 2],
+    boxes: Vec<Bounds<S>>,
+}
+
+impl<S: Space> Open<S> {
+    /// Of the weight, that of the lower side.
+    fn share(&self) -> f64 {
+        (self.parts.len() / 2) as f64 / self.parts.len() as f64
+    }
 }
 
 /// A particle that is to be divided.
@@ -81,32 +154,33 @@ impl<S: Space> Bricks<S> {
             })
             .collect();
         let infinite = S::Vector::repeat(f64::INFINITY);
-        let mut open: Vec<Open<S>> = vec![Open { parts: 0..team.size(), bounds: [-infinite, infinite] }];
-        let mut boxes = vec![[-infinite, infinite]; team.size()];
-        let mut cuts: Vec<(Range<usize>, usize, f64)> = Vec::new();
+        let all = vec![[-infinite, infinite]];
+        let mut open: Vec<Open<S>> = vec![Open { parts: 0..team.size(), boxes: all.clone() }];
+        let mut boxes = vec![all; team.size()];
+        let mut cuts: Vec<(Range<usize>, Cut)> = Vec::new();
         while open.iter().any(|open| open.parts.len() > 1) {
-            let cut_units = choose_cuts(team, lattice, &open, &particles);
+            let by_units = choose_cuts(team, lattice, &open, &particles);
             let (mut next, mut halves) = (Vec::new(), Vec::with_capacity(open.len()));
-            for (Open { parts, bounds }, (axis, unit)) in open.iter().zip(&cut_units) {
-                let at = between(lattice, *axis, *unit);
-                cuts.push((parts.clone(), *axis, at));
+            for (Open { parts, boxes: whole }, cut) in open.iter().zip(&by_units) {
+                let cut = cut.in_space(lattice);
+                cuts.push((parts.clone(), cut));
                 let middle = parts.start + parts.len() / 2;
                 let of_halves = [parts.start..middle, middle..parts.end];
                 halves.push([0, 1].map(|half| {
-                    let (parts, mut bounds) = (of_halves[half].clone(), *bounds);
-                    bounds[1 - half][*axis] = at;
+                    let parts = of_halves[half].clone();
+                    let whole =
+                        whole.iter().flat_map(|bounds| std::mem::take(&mut cut.halves::<S>(bounds)[half]));
                     if parts.len() == 1 {
-                        boxes[parts.start] = bounds;
+                        boxes[parts.start] = whole.collect();
                         return None;
                     }
-                    next.push(Open { parts, bounds });
+                    next.push(Open { parts, boxes: whole.collect() });
                     Some(next.len() - 1)
                 }));
             }
             for particle in &mut particles {
                 particle.node = particle.node.and_then(|node| {
-                    let (axis, unit) = cut_units[node];
-                    halves[node][usize::from(particle.units[axis] >= unit)]
+                    halves[node][usize::from(!by_units[node].is_below::<S>(&particle.units))]
                 });
             }
             open = next;
@@ -120,40 +194,35 @@ impl<S: Space> Bricks<S> {
     pub fn owner(&self, x: &S::Vector) -> usize {
         let mut node = 0;
         loop {
-            match self.nodes[node] {
-                Node::Part(part) => return part,
-                Node::Cut { axis, at, above } => node = if x[axis] < at { node + 1 } else { above },
+            match &self.nodes[node] {
+                Node::Part(part) => return *part,
+                Node::Cut { cut, above } => node = if cut.is_below::<S>(x) { node + 1 } else { *above },
             }
         }
     }
 
-    /// Places of the cells of `lattice` along each axis that `part` owns.
-    pub fn cells(&self, lattice: &Lattice<S>, part: usize) -> CellBox {
-        let [lower, upper] = self.boxes[part];
-        let ranges = (0..S::DIMENSIONS).map(|axis| {
-            // The units whose middle lies in it: as many as lie below.
-            let below = |end: f64| {
-                let units = lattice.units(axis);
-                let (mut low, mut high) = (0, units);
-                while low < high {
-                    let unit = usize::midpoint(low, high);
-                    if lattice.middle(axis, unit) < end { low = unit + 1 } else { high = unit }
-                }
-                low
-            };
-            let place = |unit: usize| match unit {
-                0 => 0,
-                unit => lattice.places(axis, unit - 1).end,
-            };
-            place(below(lower[axis]))..place(below(upper[axis]))
+    /// The cells of `lattice` that `part` owns.
+    pub fn cells(&self, lattice: &Lattice<S>, part: usize) -> CellBoxes<S> {
+        let end = |axis: usize, end: f64| {
+            // The units whose middle lies below.
+            let (mut low, mut high) = (0, lattice.units(axis));
+            while low < high {
+                let unit = usize::midpoint(low, high);
+                if lattice.middle(axis, unit) < end { low = unit + 1 } else { high = unit }
+            }
+            if low == 0 { 0 } else { lattice.places(axis, low - 1).end }
+        };
+        let boxes = self.boxes[part].iter().map(|[lower, upper]| CellBox {
+            start: S::axes(|axis| end(axis, lower[axis])),
+            end: S::axes(|axis| end(axis, upper[axis])),
         });
-        CellBox(ranges.collect())
+        CellBoxes::new(boxes, lattice.periods())
     }
 }
 
 /// Adds the node of `parts`, and those below it.
-fn add_node(nodes: &mut Vec<Node>, parts: Range<usize>, cuts: &[(Range<usize>, usize, f64)]) {
-    let Some((_, axis, at)) = cuts.iter().find(|(of, ..)| *of == parts).filter(|_| parts.len() > 1) else {
+fn add_node(nodes: &mut Vec<Node>, parts: Range<usize>, cuts: &[(Range<usize>, Cut)]) {
+    let Some((_, cut)) = cuts.iter().find(|(of, ..)| *of == parts).filter(|_| parts.len() > 1) else {
         nodes.push(Node::Part(parts.start));
         return;
     };
@@ -161,66 +230,104 @@ fn add_node(nodes: &mut Vec<Node>, parts: Range<usize>, cuts: &[(Range<usize>, u
     nodes.push(Node::Part(parts.start));
     let middle = parts.start + parts.len() / 2;
     add_node(nodes, parts.start..middle, cuts);
-    nodes[node] = Node::Cut { axis: *axis, at: *at, above: nodes.len() };
+    nodes[node] = Node::Cut { cut: *cut, above: nodes.len() };
     add_node(nodes, middle..parts.end, cuts);
 }
 
-/// Axis and unit before which each of the `open` nodes is cut, for the particles of all parts.
+/// The cut of each of the `open` nodes, for the particles of all parts.
 fn choose_cuts<S: Space>(
     team: &Team,
     lattice: &Lattice<S>,
     open: &[Open<S>],
     particles: &[Particle<S>],
-) -> Vec<(usize, usize)> {
-    let spans = spans(team, open.len(), particles);
-    let mut weights: Vec<Vec<f64>> = spans.iter().map(|span| vec![0.0; span.units().len()]).collect();
-    for Particle { units, weight, node } in particles {
-        let Some(node) = node else { continue };
-        for axis in 0..S::DIMENSIONS {
-            let k = node * S::DIMENSIONS + axis;
-            weights[k][units[axis] - spans[k].units().start] += weight;
-        }
-    }
-    let weights = team.join(weights, |all, others| {
-        for (all, others) in all.iter_mut().flatten().zip(others.into_iter().flatten()) {
-            *all += others;
-        }
+) -> Vec<UnitCut> {
+    let all_spans = spans(team, open.len(), particles);
+    let spans: Vec<&[Span]> = all_spans.chunks(S::DIMENSIONS).collect();
+    let divided = || particles.iter().filter_map(|particle| Some((particle.node?, particle)));
+    let lengths = all_spans.iter().map(|span| span.units().len());
+    let along_all = divided().flat_map(|(node, Particle { units, weight, .. })| {
+        let of_axis = move |axis: usize| (node * S::DIMENSIONS + axis, units[axis], *weight);
+        (0..S::DIMENSIONS).map(of_axis)
     });
-    let along = spans.chunks(S::DIMENSIONS).zip(weights.chunks(S::DIMENSIONS));
-    open.iter().zip(along).map(|(open, (spans, weights))| choose_cut(lattice, open, spans, weights)).collect()
+    let starts: Vec<usize> = all_spans.iter().map(|span| span.units().start).collect();
+    let weights =
+        sums(team, lengths, along_all.map(|(line, unit, weight)| (line, unit - starts[line], weight)));
+    let weights: Vec<&[Vec<f64>]> = weights.chunks(S::DIMENSIONS).collect();
+    let mut cuts: Vec<UnitCut> =
+        (0..open.len()).map(|k| choose_layer(lattice, open[k].share(), spans[k], weights[k])).collect();
+    let across = |k: usize| spans[k][cuts[k].across].units();
+    let in_layers = divided()
+        .filter(|(node, particle)| particle.units[cuts[*node].axis] == cuts[*node].layer)
+        .map(|(node, particle)| {
+            (node, particle.units[cuts[node].across] - across(node).start, particle.weight)
+        });
+    let rows = sums(team, (0..open.len()).map(|k| across(k).len()), in_layers);
+    for (k, cut) in cuts.iter_mut().enumerate() {
+        let along = &weights[k][cut.axis];
+        let below: f64 = along[..cut.layer - spans[k][cut.axis].units().start].iter().sum();
+        let count = nearest(&rows[k], open[k].share() * along.iter().sum::<f64>() - below);
+        cut.row = match count {
+            0 => 0,
+            all if all == rows[k].len() => usize::MAX,
+            some => spans[k][cut.across].units().start + some,
+        };
+    }
+    cuts
 }
 
-/// The cut of `open` after which the slower side has least to do.
-fn choose_cut<S: Space>(
-    lattice: &Lattice<S>,
-    open: &Open<S>,
-    spans: &[Span],
-    weights: &[Vec<f64>],
-) -> (usize, usize) {
-    let share = (open.parts.len() / 2) as f64 / open.parts.len() as f64;
-    let cuts = spans.iter().zip(weights).enumerate().map(|(axis, (span, weights))| {
-        let count = nearest(weights, share);
-        let (below, above) = weights.split_at(count);
-        let sum = |weights: &[f64]| weights.iter().sum::<f64>();
-        let slower = (sum(below) / share).max(sum(above) / (1.0 - share));
+/// Sums of all parts in lines of these `lengths`; own addends are `entries` of line, place and value.
+fn sums(
+    team: &Team,
+    lengths: impl Iterator<Item = usize>,
+    entries: impl Iterator<Item = (usize, usize, f64)>,
+) -> Vec<Vec<f64>> {
+    let mut sums: Vec<Vec<f64>> = lengths.map(|length| vec![0.0; length]).collect();
+    entries.for_each(|(line, place, value)| sums[line][place] += value);
+    team.join(sums, |all, others| {
+        for (all, other) in all.iter_mut().flatten().zip(others.into_iter().flatten()) {
+            *all += other;
+        }
+    })
+}
+
+/// The cut of a node, but for its row, after which both sides have least to do: `weights` are those of units in `spans`, of
+/// which the lower side gets `share`.
+fn choose_layer<S: Space>(lattice: &Lattice<S>, share: f64, spans: &[Span], weights: &[Vec<f64>]) -> UnitCut {
+    let along = |axis: usize| {
+        let others = (0..S::DIMENSIONS).filter(|other| *other != axis);
+        // That with most rows.
+        let across = others.max_by_key(|other| spans[*other].units().len()).unwrap_or(axis);
+        let weights = &weights[axis];
+        let target = share * weights.iter().sum::<f64>();
+        let ends = weights.iter().scan(0.0, |sum, weight| {
+            *sum += weight;
+            Some(*sum)
+        });
+        let layer = ends.take_while(|end| *end <= target).count().min(weights.len() - 1);
         // Copies of what is next to the cut, for two parts at least.
-        let units =
-            Reach::FARTHEST.rings() as f64 / lattice.places(axis, span.units().start).len().max(1) as f64;
+        let first = spans[axis].units().start;
+        let units = Reach::FARTHEST.rings() as f64 / lattice.places(axis, first).len().max(1) as f64;
         let near = |weights: &mut dyn Iterator<Item = &f64>| {
             let mut rest = units;
-            weights
-                .map_while(|weight| {
-                    let part = rest.clamp(0.0, 1.0);
-                    rest -= 1.0;
-                    (part > 0.0).then_some(part * weight)
-                })
-                .sum::<f64>()
+            let part = weights.map_while(|weight| {
+                let part = rest.clamp(0.0, 1.0);
+                rest -= 1.0;
+                (part > 0.0).then_some(part * weight)
+            });
+            part.sum::<f64>()
         };
-        let copies = near(&mut below.iter().rev()).max(near(&mut above.iter()));
-        (axis, span.units().start + count, slower + 2.0 * WORK_OF_COPY * copies)
-    });
-    let best = cuts.min_by(|a, b| a.2.total_cmp(&b.2));
-    best.map_or((0, 0), |(axis, unit, _)| (axis, unit))
+        let copies = near(&mut weights[..=layer].iter().rev()).max(near(&mut weights[layer..].iter()));
+        let off = weights[layer] / spans[across].units().len() as f64;
+        (UnitCut { axis, layer: first + layer, across, row: 0 }, off + 2.0 * WORK_OF_COPY * copies)
+    };
+    let mut best = along(0);
+    for axis in 1..S::DIMENSIONS {
+        let other = along(axis);
+        if other.1 < best.1 {
+            best = other;
+        }
+    }
+    best.0
 }
 
 /// Where each of `count` nodes has particles along each axis, all parts together.
@@ -239,10 +346,9 @@ fn spans<S: Space>(team: &Team, count: usize, particles: &[Particle<S>]) -> Vec<
     })
 }
 
-/// How many of the first units have the sum of `weights` that is nearest to `share` of all.
-fn nearest(weights: &[f64], share: f64) -> usize {
-    let target = share * weights.iter().sum::<f64>();
-    let (mut nearest, mut distance, mut sum) = (0, target, 0.0);
+/// How many of the first `weights` have the sum that is nearest to `target`.
+fn nearest(weights: &[f64], target: f64) -> usize {
+    let (mut nearest, mut distance, mut sum) = (0, target.abs(), 0.0);
     for (unit, weight) in weights.iter().enumerate() {
         sum += weight;
         if (sum - target).abs() < distance {
@@ -261,41 +367,6 @@ fn between<S: Space>(lattice: &Lattice<S>, axis: usize, unit: usize) -> f64 {
         return f64::INFINITY;
     }
     0.5 * (lattice.middle(axis, unit - 1) + lattice.middle(axis, unit))
-}
-
-/// A box of cells: their places along each axis.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct CellBox(Vec<Range<usize>>);
-
-impl CellBox {
-    /// Whether there is no cell.
-    pub fn is_empty(&self) -> bool {
-        self.0.iter().any(Range::is_empty)
-    }
-
-    /// Cells between this box, which is not empty, and the cells at `places`: 0 for those of it, 1 for its neighbours. A
-    /// lattice that is periodic along an axis has as many cells there as `periods` says.
-    pub fn distance(&self, places: &[Range<usize>], periods: &[Option<usize>]) -> usize {
-        let along = |axis: usize| {
-            let (own, other) = (&self.0[axis], &places[axis]);
-            let apart = |shift: usize, count: usize| {
-                // `other` is moved by `shift` less `count` cells.
-                let (start, end) = (other.start + shift, other.end + shift);
-                let (own_start, own_end) = (own.start + count, own.end + count);
-                (own_start + 1).saturating_sub(end).max((start + 1).saturating_sub(own_end))
-            };
-            match periods[axis] {
-                None => apart(0, 0),
-                Some(count) => apart(0, 0).min(apart(count, 0)).min(apart(0, count)),
-            }
-        };
-        (0..self.0.len()).map(along).max().unwrap_or_default()
-    }
-
-    /// Their places along each axis.
-    pub fn places(&self) -> &[Range<usize>] {
-        &self.0
-    }
 }
 
 #[cfg(test)]
@@ -354,15 +425,14 @@ mod tests {
             }
             let mean = counts.iter().sum::<i32>() as f64 / parts as f64;
             for count in &counts {
-                // A cut is a row of at most 24 cells off, and there are three of them above a part of eight.
-                assert!((f64::from(*count) - mean).abs() <= 36.0, "{counts:?}");
+                // A cut is half a cell off, and there are three of them above a part of eight.
+                assert!((f64::from(*count) - mean).abs() <= 1.5, "{counts:?}");
             }
             let boxes: Vec<_> = (0..parts).map(|part| all[0].0.cells(&lattice, part)).collect();
             for cell in 0..lattice.cells().number() as u32 {
                 let place = lattice.cells().place(cell);
-                let places = [place[0]..place[0] + 1, place[1]..place[1] + 1];
                 let owners: Vec<_> =
-                    (0..parts).filter(|part| boxes[*part].distance(&places, &[None; 2]) == 0).collect();
+                    (0..parts).filter(|part| boxes[*part].distance_to_cell(place) == Some(0)).collect();
                 assert_eq!(
                     owners,
                     [all[0].0.owner(&lattice.middle_of(cell))],
@@ -370,18 +440,5 @@ mod tests {
                 );
             }
         }
-    }
-
-    #[test]
-    fn distances_are_those_of_the_nearest_image() {
-        let cells = CellBox(vec![2..4, 0..1]);
-        let distance =
-            |x: usize, y: usize, periods: [Option<usize>; 2]| cells.distance(&[x..x + 1, y..y + 1], &periods);
-        let open = [None; 2];
-        assert_eq!([distance(2, 0, open), distance(3, 0, open), distance(4, 0, open)], [0, 0, 1]);
-        assert_eq!([distance(1, 0, open), distance(0, 0, open), distance(0, 5, open)], [1, 2, 5]);
-        assert_eq!(distance(9, 0, open), 6);
-        assert_eq!(distance(9, 0, [Some(10), None]), 3);
-        assert_eq!(distance(3, 9, [None, Some(10)]), 1);
     }
 }

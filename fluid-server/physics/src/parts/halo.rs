@@ -38,35 +38,26 @@ impl Halo {
     /// The halo of this part, whose own particles lie in `cells` of `lattice`, among parts that own what `bricks` say.
     pub fn new<S: FluidSpace>(team: &Team, lattice: &Lattice<S>, bricks: &Bricks<S>, cells: &[u32]) -> Self {
         let shape = lattice.cells();
-        let periods: Vec<Option<usize>> =
-            (0..S::DIMENSIONS).map(|axis| shape.periodic()[axis].then_some(shape.counts()[axis])).collect();
-        let own_box = bricks.cells(lattice, team.rank());
+        let own_cells = bricks.cells(lattice, team.rank());
         let mut halo = Self { own: cells.len(), ..Self::default() };
         // Both of two parts find that they are near.
         let near: Vec<_> = (0..team.size())
             .filter(|part| *part != team.rank())
             .map(|part| (part, bricks.cells(lattice, part)))
             .filter(|(_, other)| {
-                !own_box.is_empty()
-                    && !other.is_empty()
-                    && own_box.distance(other.places(), &periods) <= Reach::FARTHEST.rings()
+                own_cells.distance(other).is_some_and(|distance| distance <= Reach::FARTHEST.rings())
             })
             .collect();
         for (part, other) in &near {
             let mut given: Vec<(u32, u8)> = Vec::new();
-            let mut last: Option<(u32, usize)> = None;
+            let mut last: Option<(u32, Option<usize>)> = None;
             for (i, cell) in (0u32..).zip(cells) {
                 let distance = match last {
                     Some((known, distance)) if known == *cell => distance,
-                    _ => {
-                        let place = shape.place(*cell);
-                        let places: Vec<_> =
-                            (0..S::DIMENSIONS).map(|axis| place[axis]..place[axis] + 1).collect();
-                        other.distance(&places, &periods)
-                    }
+                    _ => other.distance_to_cell(shape.place(*cell)),
                 };
                 last = Some((*cell, distance));
-                if distance <= Reach::FARTHEST.rings() {
+                if let Some(distance) = distance.filter(|distance| *distance <= Reach::FARTHEST.rings()) {
                     // At most three.
                     given.push((i, distance as u8));
                 }

@@ -35,6 +35,11 @@ impl<S: Space> Lattice<S> {
         &self.cells
     }
 
+    /// Number of cells along each axis that is periodic.
+    pub fn periods(&self) -> S::Of<Option<usize>> {
+        S::axes(|axis| self.cells.periodic()[axis].then_some(self.cells.counts()[axis]))
+    }
+
     /// Number of units along `axis`.
     pub fn units(&self, axis: usize) -> usize {
         if axis == 0 { self.runs } else { self.cells.counts()[axis] }

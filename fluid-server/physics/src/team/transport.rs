@@ -34,7 +34,7 @@ pub trait Transport: Send + Debug {
     /// Whether parts share cores: then the time that one takes says nothing of its work.
     fn shares_cores(&self) -> bool;
 
-    /// Sends `message` to part `to` on `channel`; does not wait until it is received.
+    /// Sends `message` to part `to` on `channel`; does not wait until the other part asks for it.
     ///
     /// # Errors
     /// When the part does not answer any more.

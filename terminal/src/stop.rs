@@ -55,6 +55,17 @@ impl StopSignals {
     }
 }
 
+/// Ignores such signals from here on, in a process whose end another one decides.
+///
+/// # Errors
+/// When the system refuses.
+pub fn ignore() -> io::Result<()> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build()?;
+    let _entered = runtime.enter();
+    // What a signal does by default stays replaced when no one listens any more.
+    StopSignals::listen().map(drop)
+}
+
 /// Whether a process with this `status` ignores SIGHUP. Where that is unknown it counts as ignored, so that the signal keeps
 /// the effect that it has.
 fn hangup_is_ignored(status: &str) -> bool {

@@ -186,11 +186,16 @@ pub struct Running {
     pub servers: Vec<u32>,
 }
 
+/// Sends a signal such as `INT` to a process.
+pub fn signal(name: &str, process: u32) {
+    let process = process.to_string();
+    assert!(Command::new("kill").args([&format!("-{name}"), &process]).status().unwrap().success());
+}
+
 impl Running {
     /// Sends a signal such as `INT` to the coordinator.
     pub fn signal(&self, name: &str) {
-        let process = self.child.id().to_string();
-        assert!(Command::new("kill").args([&format!("-{name}"), &process]).status().unwrap().success());
+        signal(name, self.child.id());
     }
 
     /// Waits for the coordinator's end; returns its status and what it wrote to stderr.

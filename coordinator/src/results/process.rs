@@ -1,5 +1,7 @@
 //! Resources that a process used, as the system reports them.
 
+use std::ops::Add;
+
 use serde::Serialize;
 
 /// Clock ticks per second in `/proc/<pid>/stat`: a constant of Linux's interface to programs.
@@ -20,9 +22,17 @@ impl Process {
         Self::of_entry("self")
     }
 
-    /// Figures so far of the process with this id on this machine; empty when it has ended.
+    /// Figures so far of the process with this id on this machine, and of those that it has started and that run still: a
+    /// launcher computes nothing itself. Empty when it has ended.
     pub fn of(id: u32) -> Self {
-        Self::of_entry(&id.to_string())
+        let (mut all, mut waiting) = (Self::default(), vec![id]);
+        while let Some(id) = waiting.pop() {
+            let one = Self::of_entry(&id.to_string());
+            all.peak_memory_bytes = sum(all.peak_memory_bytes, one.peak_memory_bytes);
+            all.cpu_seconds = sum(all.cpu_seconds, one.cpu_seconds);
+            waiting.extend(children(id));
+        }
+        all
     }
 
     fn of_entry(entry: &str) -> Self {
@@ -32,6 +42,22 @@ impl Process {
             cpu_seconds: read("stat").as_deref().and_then(cpu_time),
         }
     }
+}
+
+fn sum<T: Add<Output = T>>(some: Option<T>, more: Option<T>) -> Option<T> {
+    match (some, more) {
+        (Some(some), Some(more)) => Some(some + more),
+        (some, more) => some.or(more),
+    }
+}
+
+/// The processes that any thread of process `id` has started.
+fn children(id: u32) -> Vec<u32> {
+    let threads = std::fs::read_dir(format!("/proc/{id}/task")).into_iter().flatten().flatten();
+    let lists = threads.filter_map(|thread| std::fs::read_to_string(thread.path().join("children")).ok());
+    lists
+        .flat_map(|list| list.split_whitespace().filter_map(|id| id.parse().ok()).collect::<Vec<_>>())
+        .collect()
 }
 
 /// `VmHWM` of `/proc/<pid>/status`, given in units of 1024 bytes.
@@ -67,5 +93,23 @@ mod tests {
         assert!(Process::own().peak_memory_bytes.is_some_and(|bytes| bytes > 100_000));
         assert!(Process::own().cpu_seconds.is_some());
         assert_eq!(Process::of(0), Process::default());
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn processes_that_a_launcher_has_started_count() {
+        let mut launcher = std::process::Command::new("sh")
+            .args(["-c", "sleep 60 & echo; wait"])
+            .stdout(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = [0];
+        std::io::Read::read_exact(&mut launcher.stdout.take().unwrap(), &mut line).unwrap();
+        let (started, id) = (children(launcher.id()), launcher.id());
+        assert_eq!(started.len(), 1);
+        let alone = |id: u32| Process::of_entry(&id.to_string()).peak_memory_bytes.unwrap();
+        assert_eq!(Process::of(id).peak_memory_bytes, Some(alone(id) + alone(started[0])));
+        std::process::Command::new("kill").args([started[0].to_string(), id.to_string()]).status().unwrap();
+        launcher.wait().unwrap();
     }
 }

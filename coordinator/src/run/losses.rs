@@ -4,6 +4,7 @@ use sph::coupling::solver::Role;
 
 use super::attempt::EndedAttempt;
 use super::control::ending::Ending;
+use super::participants::remote::End;
 use crate::failure::Failure;
 
 /// So many equal losses in a row are no accident: what ends a solver is in the run or in the solver.
@@ -49,24 +50,25 @@ impl EndedAttempt {
             Some(remote) => remote.ends(roles).await,
             None => Vec::new(),
         };
-        for (role, end) in &ends {
-            failure.message.push_str(&format!("; the process of the {role} solver ended by {end}"));
+        let mut last_words = String::new();
+        for End { role, status, last_words: of_role } in &ends {
+            failure.message.push_str(&format!("; the process of the {role} solver ended by {status}"));
+            last_words.push_str(of_role);
         }
+        let ends = ends.into_iter().map(|end| (end.role, end.status)).collect();
         // Of two that are lost at once either may be missed first.
         roles.sort_unstable();
         let restarts = u64::try_from(losses.0.len()).unwrap_or(u64::MAX);
         let in_vain = losses.add(Loss { roles: roles.clone(), step: *step, ends });
-        if restarts >= most || !self.solvers.may_restart(roles) {
-            return None;
-        }
-        if in_vain {
+        let may_restart = restarts < most && self.solvers.may_restart(roles);
+        if may_restart && in_vain {
             failure.message.push_str(&format!(
                 "; this has happened {ENOUGH} times in a row at step {step}, so that it is not started again; look for the cause \
                  in its log"
             ));
-            return None;
         }
-        Some((roles.clone(), failure.clone()))
+        failure.message.push_str(&last_words);
+        (may_restart && !in_vain).then(|| (roles.clone(), failure.clone()))
     }
 }
 

@@ -108,6 +108,10 @@ fn of_other_process(args: &NodeArgs, threads: usize, team: &Team) -> ExitCode {
         path.into()
     };
     let args = NodeArgs { trace: args.trace.as_ref().map(own_trace), ..args.clone() };
+    // A batch system asks all processes to end; the first one does so when the run is over.
+    if let Err(problem) = terminal::stop::ignore() {
+        terminal::note(format_args!("process {} of the fluid cannot ignore signals: {problem}", team.rank()));
+    }
     let ended = args.record(&format!("fluid, process {}", team.rank())).and_then(|part| {
         compute(&args, threads, team)?;
         let complete = part.map_or(Ok(()), |part| part.flush());

@@ -74,14 +74,14 @@ fn a_particle_takes_little_memory() {
     for settings in [scene::LEAN, scene::RECOMMENDED] {
         check_memory::<Plane>(settings, 90_000, 550.0);
     }
-    check_memory::<Spatial>(scene::LEAN, 64_000, 800.0);
-    check_memory::<Spatial>(scene::DEFAULT, 64_000, 1090.0);
+    check_memory::<Spatial>(scene::LEAN, 64_000, 740.0);
+    check_memory::<Spatial>(scene::DEFAULT, 64_000, 1030.0);
 }
 
 #[test]
 #[ignore = "takes half a minute and more than a gigabyte; walls count less than around few particles"]
 fn a_particle_of_a_million_takes_little_memory() {
-    check_memory::<Spatial>(scene::DEFAULT, 1_000_000, 975.0);
+    check_memory::<Spatial>(scene::DEFAULT, 1_000_000, 950.0);
 }
 
 /// That state and workspace take at most `most` bytes per particle, walls included; half of it would mean that something

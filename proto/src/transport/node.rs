@@ -31,7 +31,8 @@ const EXIT_FAILED: u8 = 1;
     about = "A solver that takes part in coupled runs.",
     long_about = "A solver that takes part in coupled runs. It prints one line, `LISTEN <addr>`, when it is ready, logs \
                   to stderr (filter: RUST_LOG) and ends in order on SIGTERM, SIGINT or SIGHUP; a second SIGTERM or SIGINT ends it at \
-                  once. SIGHUP stays ignored where it was at the start.",
+                  once. SIGHUP stays ignored where it was at the start. With `--exit-with-parent` the first of them is left to \
+                  the program that started this one.",
     after_help = "Exit codes: 0 ended in order, 1 failed, 2 wrong usage, 3 the address is taken, 70 a fault of \
                   this program."
 )]
@@ -212,8 +213,10 @@ async fn serve(
     }
     let server = Server::bind(args.listen)?;
     let stop = CancellationToken::new();
-    stop_on_signals(&stop).map_err(|e| ServeError::Transport(format!("cannot watch for signals: {e}")))?;
-    if args.exit_with_parent || is_announced() {
+    let has_parent = args.exit_with_parent || is_announced();
+    stop_on_signals(&stop, has_parent)
+        .map_err(|e| ServeError::Transport(format!("cannot watch for signals: {e}")))?;
+    if has_parent {
         stop_with_input(&stop)
             .map_err(|e| ServeError::Transport(format!("cannot watch standard input: {e}")))?;
     }
@@ -224,18 +227,20 @@ async fn serve(
     server.serve(factory, options, stop.cancelled()).await
 }
 
-/// Ends in order at the first request, at once at the second.
-fn stop_on_signals(stop: &CancellationToken) -> std::io::Result<()> {
+/// Ends in order at the first request, at once at the second. A batch system asks all processes of a job at once: where
+/// the one that started this server is among them, it ends the run with a checkpoint, for which it needs the server.
+fn stop_on_signals(stop: &CancellationToken, has_parent: bool) -> std::io::Result<()> {
     let mut signals = StopSignals::listen()?;
     let stop = stop.clone();
     tokio::spawn(async move {
-        loop {
-            signals.next().await;
-            if stop.is_cancelled() {
-                std::process::exit(i32::from(EXIT_FAILED));
-            }
+        signals.next().await;
+        if has_parent {
+            tracing::info!("asked to end; the program that started this server decides when the run is over");
+        } else {
             stop.cancel();
         }
+        signals.next().await;
+        std::process::exit(i32::from(EXIT_FAILED));
     });
     Ok(())
 }

@@ -330,10 +330,21 @@ def main(factory) -> None:
     ended = threading.Event()
     # Stays ignored if it was ignored at the start, as by nohup.
     hangup = () if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN else (signal.SIGHUP,)
+    # Started by a coordinator, which closes the pipe when the run is over. A batch system asks both to end: the coordinator
+    # needs the server for a checkpoint then.
+    has_parent = stat.S_ISFIFO(os.fstat(0).st_mode)
+    decides = threading.Event()
+    if not has_parent:
+        decides.set()
+
+    def asked_to_end(*_):
+        if decides.is_set():
+            ended.set()
+        decides.set()
+
     for number in (signal.SIGTERM, signal.SIGINT, *hangup):
-        signal.signal(number, lambda *_: ended.set())
-    if stat.S_ISFIFO(os.fstat(0).st_mode):
-        # Started by a coordinator, which closes the pipe when the run is over.
+        signal.signal(number, asked_to_end)
+    if has_parent:
         threading.Thread(target=lambda: (sys.stdin.buffer.read(), ended.set()), daemon=True).start()
     while not ended.wait(1.0):
         servicer.expire()

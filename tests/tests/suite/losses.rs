@@ -6,13 +6,8 @@ use std::time::{Duration, Instant};
 
 use crate::{PROGRAM, bench};
 use sph::coupling::stage::{Stage, StepStage};
-use tests::bench::{children_of, command_line, text, wait_for_checkpoint, wait_for_first_frame};
+use tests::bench::{children_of, command_line, signal, text, wait_for_checkpoint, wait_for_first_frame};
 use tests::doubles::{Double, Wrong, serve};
-
-fn signal(name: &str, process: u32) {
-    let process = process.to_string();
-    assert!(Command::new("kill").args([&format!("-{name}"), &process]).status().unwrap().success());
-}
 
 #[test]
 fn servers_that_fall_silent_together_are_both_named_with_what_each_said_last() {
@@ -55,6 +50,7 @@ fn a_server_that_ends_at_the_same_step_each_time_is_not_started_a_third_time_aga
     let words = [
         "lost the solid solver",
         "the process of the solid solver ended by exit status: 3",
+        "solid-server-2.log",
         "3 times in a row at step 20",
         "not started again",
     ];

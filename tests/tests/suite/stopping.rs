@@ -1,25 +1,25 @@
 //! Runs that end before their end time, and servers that must not outlive them.
 
 use crate::{PROGRAM, bench};
-use tests::bench::{Bench, Running, text};
+use tests::bench::{Bench, Running, signal, text};
 
 /// Far more simulated time than a test waits for.
 const LONG: (&str, &str) = ("end_time_s = 0.002", "end_time_s = 100.0");
 
 #[test]
 fn a_signal_stops_at_a_step_boundary_with_results_complete() {
-    for signal in ["INT", "TERM"] {
+    for name in ["INT", "TERM"] {
         let bench = bench();
         let mut run = bench.start(&bench.tank("case.toml", &[LONG]), "out");
         assert_eq!(run.servers.len(), 2);
-        run.signal(signal);
+        run.signal(name);
         let (status, message) = run.end();
-        assert_eq!(status.code(), Some(8), "{signal}: {message}");
+        assert_eq!(status.code(), Some(8), "{name}: {message}");
         assert!(message.contains("step boundary") && message.contains("complete"), "{message}");
         run.servers_end();
 
         let summary = bench.summary("out");
-        assert_eq!(summary["verdict"], "stopped", "{signal}");
+        assert_eq!(summary["verdict"], "stopped", "{name}");
         let steps = summary["steps"].as_u64().unwrap();
         assert!(steps > 0);
         // Times are sums of steps of 4e-5 s: round-off of some thousand additions.
@@ -27,7 +27,7 @@ fn a_signal_stops_at_a_step_boundary_with_results_complete() {
         assert!((end - 4e-5 * steps as f64).abs() < 1e-9 * end, "{end} s after {steps} steps");
         let out = bench.path("out");
         for file in ["probes.csv", "ledger.csv", "case.toml", "report.html", "snapshots/solid.pvd"] {
-            assert!(out.join(file).metadata().unwrap().len() > 0, "{signal}: {file}");
+            assert!(out.join(file).metadata().unwrap().len() > 0, "{name}: {file}");
         }
         assert!(!out.join("run.partial").exists());
         // Both sides ended at the same step: from these states another run can continue.
@@ -36,8 +36,21 @@ fn a_signal_stops_at_a_step_boundary_with_results_complete() {
             assert_eq!(state.step, steps, "{side}");
         }
         let last = std::fs::read_to_string(out.join("ledger.csv")).unwrap();
-        assert!(last.lines().last().unwrap().starts_with(&format!("{steps}.0,")), "{signal}");
+        assert!(last.lines().last().unwrap().starts_with(&format!("{steps}.0,")), "{name}");
     }
+}
+
+#[test]
+fn a_signal_to_all_processes_stops_with_a_checkpoint() {
+    let bench = bench();
+    let mut run = bench.start(&bench.tank("case.toml", &[LONG]), "out");
+    // As `scancel --full` does; the servers first.
+    run.servers.iter().for_each(|server| signal("TERM", *server));
+    run.signal("TERM");
+    let (status, message) = run.end();
+    assert_eq!(status.code(), Some(8), "{message}");
+    run.servers_end();
+    assert!(bench.path("out/checkpoints").read_dir().unwrap().count() > 0);
 }
 
 #[test]

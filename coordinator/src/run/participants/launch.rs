@@ -19,6 +19,8 @@ const START_DEADLINE: Duration = Duration::from_secs(30);
 const END_DEADLINE: Duration = Duration::from_secs(5);
 /// A child whose connection broke is given so long to show how it ended.
 const STATUS_DEADLINE: Duration = Duration::from_millis(500);
+/// The same of another program, which may have processes of its own to end first.
+const OTHER_STATUS_DEADLINE: Duration = Duration::from_secs(5);
 
 /// Where a server comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -136,10 +138,17 @@ impl Server {
         self.child.as_ref().map(|started| (started.program.as_str(), started.log.as_path()))
     }
 
+    /// The last lines of the log of a child that this coordinator started from another program than its own, for a message.
+    pub fn last_words(&self) -> String {
+        let other = self.child.as_ref().filter(|started| started.is_other());
+        other.map_or_else(String::new, |started| logs::tail(&started.log))
+    }
+
     /// How a child ended that this coordinator started; `None` when it has not ended.
     pub async fn ended(&mut self) -> Option<ExitStatus> {
         let started = self.child.as_mut()?;
-        tokio::time::timeout(STATUS_DEADLINE, started.child.wait()).await.ok()?.ok()
+        let deadline = if started.is_other() { OTHER_STATUS_DEADLINE } else { STATUS_DEADLINE };
+        tokio::time::timeout(deadline, started.child.wait()).await.ok()?.ok()
     }
 
     /// Ends a child that this coordinator started at once, whatever it does.
@@ -270,6 +279,11 @@ impl Started {
             self.program,
             logs::tail(&self.log)
         )))
+    }
+
+    /// Whether it is another program than this one.
+    fn is_other(&self) -> bool {
+        self.guard.is_some()
     }
 
     async fn unguard(&mut self) {

@@ -31,6 +31,17 @@ const PENDING_EVENTS: usize = 256;
 /// Wait for a server to close a run.
 const CLOSE_DEADLINE: Duration = Duration::from_secs(5);
 
+/// How the process of a server ended.
+#[derive(Clone, Debug)]
+pub struct End {
+    /// Side that it played.
+    pub role: Role,
+    /// Exit code or signal.
+    pub status: String,
+    /// The last lines of its log, where it was another program than this one; for the end of a message.
+    pub last_words: String,
+}
+
 /// What servers are started with.
 pub struct Start<'a> {
     /// Kinds of coupling that the run may use, the preferred one first.
@@ -250,13 +261,16 @@ impl Remote {
         Ok(Participants::new(lines, received, events, checkpoints).with_beats(beats))
     }
 
-    /// How the processes of the servers of `roles` ended that were started for the run, in words; those that have not are
-    /// left out.
-    pub async fn ends(&mut self, roles: &[Role]) -> Vec<(Role, String)> {
+    /// How the processes of the servers of `roles` ended that were started for the run; those that have not are left out.
+    pub async fn ends(&mut self, roles: &[Role]) -> Vec<End> {
         let mut ends = Vec::new();
         for server in self.servers.iter_mut().filter(|server| roles.contains(&server.report.role)) {
             let ended = server.server.ended().await;
-            ends.extend(ended.map(|status| (server.report.role, status.to_string())));
+            ends.extend(ended.map(|status| End {
+                role: server.report.role,
+                status: status.to_string(),
+                last_words: server.server.last_words(),
+            }));
         }
         ends
     }

@@ -44,7 +44,7 @@ pub fn wall_repulsion<S: FluidSpace, G: Geometry<S>>(
         if height >= model.wall_repulsion.distance() || height < -spacing || beside >= 1.0 {
             continue;
         }
-        let leaving = (velocity - field.velocity[w]).dot(normal);
+        let leaving = (velocity - field.velocity(w)).dot(normal);
         let repulsion = model.wall_repulsion.acceleration(height, leaving);
         acceleration += *normal * ((1.0 - beside) * repulsion);
     }

@@ -81,7 +81,7 @@ impl<S: FluidSpace> WallStates<S> {
             if !model.walls.acts(model.walls.wall[w], time) {
                 return;
             }
-            let drive = body_force.acceleration(x) - field.acceleration[w];
+            let drive = body_force.acceleration(x) - field.acceleration(w);
             let (mut weight, mut pressure, mut velocity) = (0.0, 0.0, S::Vector::zeros());
             for j in fluid_of_walls.neighbours(w) {
                 let j = &fluid[j];
@@ -93,7 +93,7 @@ impl<S: FluidSpace> WallStates<S> {
             }
             if weight > 0.0 {
                 let velocity =
-                    mirrored::<S>(&(velocity / weight), &field.velocity[w], &field.mirror_normal[w]);
+                    mirrored::<S>(&(velocity / weight), &field.velocity(w), &field.mirror_normal[w]);
                 let pressure = pressure / weight;
                 let density = model.equation_of_state.wall_density(pressure);
                 *particle = S::Particle::new(x, &velocity, density, pressure, model.walls.mass / density);

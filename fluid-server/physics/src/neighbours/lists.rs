@@ -1,5 +1,7 @@
 //! Neighbour lists with a skin, and the cell-sorted order of the fluid.
 
+use std::sync::Arc;
+
 use sph::coupling::stage::StageTime;
 use sph::neighbours::{Cells, bounds, largest_displacement};
 use sph::space::geometry::{Geometry, Open, Periodic};
@@ -19,7 +21,7 @@ use crate::system::model::FluidModel;
 use crate::system::packed_particle::{FluidSpace, Packed, PeriodicNodes};
 use crate::system::state::{FluidState, ListOrigin, Scratch, StepStart};
 use crate::system::tasks::TASK;
-use crate::system::walls::{WallField, place};
+use crate::system::walls::{WallField, bytes_of_own, place};
 
 /// Steps in which the nodes keep their places: about as long as lists last.
 const BACKGROUND_STEPS: u64 = 16;
@@ -42,7 +44,7 @@ pub struct Lists<S: FluidSpace> {
     /// Memory for sorting.
     numbers: Vec<f64>,
     /// Positions of moving walls when the lists were built.
-    wall_origin: Vec<S::Vector>,
+    wall_origin: Arc<Vec<S::Vector>>,
     /// Fluid particles that could cross a wall before the next list build; only where no wall moves.
     near_walls: Vec<u32>,
     /// Whether each particle is one of them.
@@ -69,7 +71,7 @@ impl<S: FluidSpace> Default for Lists<S> {
             fluid_sources: Sources::new(Order::ByCell),
             wall_sources: Sources::new(Order::AsGiven),
             numbers: Vec::new(),
-            wall_origin: Vec::new(),
+            wall_origin: Arc::default(),
             near_walls: Vec::new(),
             is_near: Vec::new(),
             background: BackgroundGrid::default(),
@@ -273,7 +275,7 @@ impl<S: FluidSpace> Lists<S> {
         [&self.fluid, &self.walls, &self.fluid_of_walls].into_iter().map(Rows::bytes).sum::<usize>()
             + self.fluid_sources.bytes()
             + self.wall_sources.bytes()
-            + size_of::<S::Vector>() * self.wall_origin.capacity()
+            + bytes_of_own::<S>(&self.wall_origin)
             + 8 * self.numbers.capacity()
             + 4 * self.near_walls.capacity()
             + self.is_near.capacity()

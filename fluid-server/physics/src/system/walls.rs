@@ -1,5 +1,7 @@
 //! Walls: constants and prescribed motion.
 
+use std::sync::Arc;
+
 use sph::neighbours::CellGrid;
 use sph::prescribed::motion::{MotionState, RigidMotion};
 use sph::setup::{WallCondition, WallParticles, WallSetup};
@@ -30,12 +32,13 @@ pub struct WallModel<S: Space> {
     /// Mass of a wall particle, ρ₀ times the volume of its cell \[kg\], in the plane per depth.
     pub mass: f64,
     /// Unit normal into the fluid, used to detect wall crossings; zero where there is none.
-    pub face_normal: Vec<S::Vector>,
+    pub face_normal: Arc<Vec<S::Vector>>,
     /// Whether a particle lies at the face, with no other wall particle in front of it.
     pub first_layer: Vec<bool>,
-    start: Vec<S::Vector>,
+    /// Where each is before it moves \[m\]; inside the box where its wall does not.
+    start: Arc<Vec<S::Vector>>,
     /// Unit normal of the mirror in Eq. (27); zero where all components are reversed.
-    mirror_normal: Vec<S::Vector>,
+    mirror_normal: Arc<Vec<S::Vector>>,
     motion: Vec<Option<RigidMotion<S>>>,
     release_time: Vec<Option<f64>>,
 }
@@ -65,21 +68,24 @@ impl<S: Space> WallModel<S> {
             return Err(errors);
         }
         let slips = |w: usize| walls[particles.wall[w] as usize].condition == WallCondition::Slip;
-        let mirror_normal = (0..particles.position.len())
+        let mirror_normal: Vec<_> = (0..particles.position.len())
             .map(|w| if slips(w) { particles.normal[w] } else { S::Vector::zeros() })
             .collect();
+        let start = |(x, wall): (&S::Vector, &u32)| {
+            if motion[*wall as usize].is_some() { *x } else { domain.wrapped(x) }
+        };
         let mut model = Self {
             names: walls.iter().map(|wall| wall.name.clone()).collect(),
             wall: particles.wall.clone(),
             mass,
             first_layer: Vec::new(),
-            face_normal: Vec::new(),
-            start: particles.position.clone(),
-            mirror_normal,
+            face_normal: Arc::default(),
+            start: Arc::new(particles.position.iter().zip(&particles.wall).map(start).collect()),
+            mirror_normal: Arc::new(mirror_normal),
             motion,
             release_time: walls.iter().map(|wall| wall.release_time).collect(),
         };
-        model.face_normal = model.face_normals(&particles.normal, support_radius, domain);
+        model.face_normal = Arc::new(model.face_normals(&particles.normal, support_radius, domain));
         model.first_layer = model.first_layers(particle_spacing, domain);
         Ok(model)
     }
@@ -160,67 +166,84 @@ impl<S: Space> WallModel<S> {
     }
 }
 
-/// Kinematics of the wall particles at one time.
+/// Kinematics of the wall particles at one time. Where no wall moves it shares the arrays of the [`WallModel`].
 #[derive(Clone, Debug, Default)]
 pub struct WallField<S: Space> {
     /// Position \[m\].
-    pub position: Vec<S::Vector>,
-    /// Velocity \[m/s\].
-    pub velocity: Vec<S::Vector>,
-    /// Acceleration \[m/s²\].
-    pub acceleration: Vec<S::Vector>,
+    pub position: Arc<Vec<S::Vector>>,
+    /// Velocity and acceleration \[m/s, m/s²\]; empty where no wall moves.
+    motion: Vec<[S::Vector; 2]>,
     /// Normal of the mirror in Eq. (27), zero where all components are reversed.
-    pub mirror_normal: Vec<S::Vector>,
+    pub mirror_normal: Arc<Vec<S::Vector>>,
     /// Unit normal of the face into the fluid.
-    pub face_normal: Vec<S::Vector>,
+    pub face_normal: Arc<Vec<S::Vector>>,
 }
 
 impl<S: Space> WallField<S> {
     /// Places the walls as they are at `time` \[s\].
     pub fn place(&mut self, walls: &WallModel<S>, domain: &Domain<S>, time: f64) {
         place(&mut self.position, walls, domain, time);
-        if self.velocity.len() != walls.len() {
-            self.velocity = vec![S::Vector::zeros(); walls.len()];
-            self.acceleration = vec![S::Vector::zeros(); walls.len()];
-            self.mirror_normal.clone_from(&walls.mirror_normal);
-            self.face_normal.clone_from(&walls.face_normal);
+        if self.face_normal.len() != walls.len() {
+            self.mirror_normal = Arc::clone(&walls.mirror_normal);
+            self.face_normal = Arc::clone(&walls.face_normal);
         }
         if !walls.moves() {
             return;
         }
+        self.motion.resize(walls.len(), [S::Vector::zeros(); 2]);
+        let [mirror_normal, face_normal] =
+            [&mut self.mirror_normal, &mut self.face_normal].map(Arc::make_mut);
         let motions = walls.motions_at(time);
         for w in 0..walls.len() {
             if let Some(motion) = &motions[walls.wall[w] as usize] {
                 let start = &walls.start[w];
-                self.velocity[w] = motion.velocity(start);
-                self.acceleration[w] = motion.acceleration(start);
-                self.mirror_normal[w] = motion.rotate(&walls.mirror_normal[w]);
-                self.face_normal[w] = motion.rotate(&walls.face_normal[w]);
+                self.motion[w] = [motion.velocity(start), motion.acceleration(start)];
+                mirror_normal[w] = motion.rotate(&walls.mirror_normal[w]);
+                face_normal[w] = motion.rotate(&walls.face_normal[w]);
             }
         }
     }
 
+    /// Velocity of particle `w` \[m/s\].
+    pub fn velocity(&self, w: usize) -> S::Vector {
+        self.motion.get(w).map_or_else(S::Vector::zeros, |motion| motion[0])
+    }
+
+    /// Acceleration of particle `w` \[m/s²\].
+    pub fn acceleration(&self, w: usize) -> S::Vector {
+        self.motion.get(w).map_or_else(S::Vector::zeros, |motion| motion[1])
+    }
+
     /// Bytes in use.
     pub fn bytes(&self) -> usize {
-        let Self { position, velocity, acceleration, mirror_normal, face_normal } = self;
-        let all = [position, velocity, acceleration, mirror_normal, face_normal];
-        size_of::<S::Vector>() * all.map(Vec::capacity).iter().sum::<usize>()
+        let own = [&self.position, &self.mirror_normal, &self.face_normal];
+        own.into_iter().map(bytes_of_own::<S>).sum::<usize>()
+            + size_of::<[S::Vector; 2]>() * self.motion.capacity()
     }
 }
 
 /// Moves the `position` \[m\] of each wall particle to where it is at `time` \[s\].
-pub fn place<S: Space>(position: &mut Vec<S::Vector>, walls: &WallModel<S>, domain: &Domain<S>, time: f64) {
+pub fn place<S: Space>(
+    position: &mut Arc<Vec<S::Vector>>,
+    walls: &WallModel<S>,
+    domain: &Domain<S>,
+    time: f64,
+) {
     if position.len() != walls.len() {
-        position.clear();
-        position.extend(walls.start.iter().map(|x| domain.wrapped(x)));
+        *position = Arc::clone(&walls.start);
     }
     if !walls.moves() {
         return;
     }
     let motions = walls.motions_at(time);
-    for (w, position) in position.iter_mut().enumerate() {
+    for (w, position) in Arc::make_mut(position).iter_mut().enumerate() {
         if let Some(motion) = &motions[walls.wall[w] as usize] {
             *position = domain.wrapped(&motion.position(&walls.start[w]));
         }
     }
+}
+
+/// Bytes in use for `vectors`, unless they are shared.
+pub fn bytes_of_own<S: Space>(vectors: &Arc<Vec<S::Vector>>) -> usize {
+    if Arc::strong_count(vectors) > 1 { 0 } else { size_of::<S::Vector>() * vectors.capacity() }
 }

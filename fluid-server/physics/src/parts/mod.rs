@@ -10,6 +10,7 @@
 //! lattice         cells, and the runs of them that have one owner
 //! cell_boxes      boxes of them, and how far apart they are
 //! reach           how far from its own cells a part holds copies
+//! cuts            where space is cut in two
 //! bricks          which part owns what is where
 //! balance         what the particles of each part cost
 //! redistribution  particles change their owner when lists are built
@@ -19,6 +20,7 @@
 pub mod balance;
 pub mod bricks;
 pub mod cell_boxes;
+pub mod cuts;
 pub mod halo;
 pub mod lattice;
 pub mod reach;

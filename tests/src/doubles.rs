@@ -142,7 +142,10 @@ impl Solver for WrongSolver {
         match self.wrong {
             Wrong::Delay(at, duration) if at == time.at => std::thread::sleep(duration),
             Wrong::Drop(at) if at == time.at => panic!("seeded at {at}"),
-            Wrong::Exit(at) if at == time.at => std::process::exit(3),
+            Wrong::Exit(at) if at == time.at => {
+                terminal::say("this solver ends here");
+                std::process::exit(3)
+            }
             _ => {}
         }
         self.solver.begin_stage(time)

@@ -50,7 +50,9 @@ fn a_server_that_ends_at_the_same_step_each_time_is_not_started_a_third_time_aga
     let words = [
         "lost the solid solver",
         "the process of the solid solver ended by exit status: 3",
-        "solid-server-2.log",
+        // What it printed, at the end of the message.
+        "solid-server-2.log`:\n",
+        "\n  this solver ends here",
         "3 times in a row at step 20",
         "not started again",
     ];

@@ -1,5 +1,7 @@
 //! Starting servers as child processes of the coordinator, and ending them.
 
+use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{ExitStatus, Stdio};
 use std::time::Duration;
@@ -8,6 +10,7 @@ use proto::transport::security::{AccessToken, ClientFiles, ClientSecurity};
 use sph::coupling::solver::Role;
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::process::{Child, Command};
+use tokio::task::JoinHandle;
 
 use crate::failure::Failure;
 use crate::run::participants::guard::Guard;
@@ -70,6 +73,8 @@ struct Started {
     program: String,
     log: PathBuf,
     guard: Option<Guard>,
+    /// Puts what it prints after its address into the log.
+    printing: Option<JoinHandle<()>>,
 }
 
 impl Server {
@@ -111,9 +116,9 @@ impl Server {
         let given = with.security.access().filter(|_| matches!(source, Source::Program(_)));
         let fresh = given.is_none();
         let access = given.map_or_else(AccessToken::fresh, Ok).map_err(Failure::internal)?;
-        let mut started = Started::spawn(role, command, with.logs, *source != Source::Own)?;
+        let (mut started, printed) = Started::spawn(role, command, with.logs, *source != Source::Own)?;
         started.send_token(&access).await;
-        let address = started.address(role).await?;
+        let address = started.address(role, printed).await?;
         // A program may listen elsewhere: no secret travels there unencrypted.
         let security = if fresh && !is_private(&address) {
             with.security.clone()
@@ -148,7 +153,12 @@ impl Server {
     pub async fn ended(&mut self) -> Option<ExitStatus> {
         let started = self.child.as_mut()?;
         let deadline = if started.is_other() { OTHER_STATUS_DEADLINE } else { STATUS_DEADLINE };
-        tokio::time::timeout(deadline, started.child.wait()).await.ok()?.ok()
+        let status = tokio::time::timeout(deadline, started.child.wait()).await.ok()?.ok()?;
+        if let Some(printing) = started.printing.take() {
+            // A process that it has left behind may hold the pipe open.
+            drop(tokio::time::timeout(STATUS_DEADLINE, printing).await);
+        }
+        Some(status)
     }
 
     /// Ends a child that this coordinator started at once, whatever it does.
@@ -222,8 +232,12 @@ fn is_private(address: &str) -> bool {
 }
 
 impl Started {
-    fn spawn(role: Role, mut command: Command, logs: &Path, guarded: bool) -> Result<Self, Failure> {
+    /// The process, and its log for what it prints.
+    fn spawn(role: Role, mut command: Command, logs: &Path, guarded: bool) -> Result<(Self, File), Failure> {
         let (errors, log) = logs::create(logs, role)?;
+        let printed = errors.try_clone().map_err(|e| {
+            Failure::output(format!("cannot use the log `{}` of the {role} server: {e}", log.display()))
+        })?;
         let program = command.as_std().get_program().to_string_lossy().into_owned();
         let child = command
             .stdin(Stdio::piped())
@@ -242,7 +256,7 @@ impl Started {
         let guard = child.id().filter(|_| guarded).map(Guard::start).transpose().map_err(|e| {
             Failure::server(format!("cannot start the guard of the {role} server `{program}`: {e}"))
         })?;
-        Ok(Self { child, program, log, guard })
+        Ok((Self { child, program, log, guard, printing: None }, printed))
     }
 
     /// Sends the access token through the pipe, which then stays open as long as the child is wanted.
@@ -253,8 +267,8 @@ impl Started {
         }
     }
 
-    /// The address that the child prints.
-    async fn address(&mut self, role: Role) -> Result<String, Failure> {
+    /// The address that the child prints; what follows it goes into `log`.
+    async fn address(&mut self, role: Role, mut log: File) -> Result<String, Failure> {
         let Some(output) = self.child.stdout.take() else {
             return Err(Failure::internal(format!("no pipe to the {role} server")));
         };
@@ -264,8 +278,12 @@ impl Started {
             Ok(Ok(Some(line))) => match line.strip_prefix("LISTEN ") {
                 Some(address) => {
                     let address = address.trim().to_owned();
-                    // A program that prints on must not meet a closed pipe.
-                    tokio::spawn(async move { while let Ok(Some(_)) = lines.next_line().await {} });
+                    // A program that prints on must not meet a closed pipe, whether or not the log can be written.
+                    self.printing = Some(tokio::spawn(async move {
+                        while let Ok(Some(line)) = lines.next_line().await {
+                            drop(writeln!(log, "{line}"));
+                        }
+                    }));
                     return Ok(address);
                 }
                 None => format!("it printed {line:?} where `LISTEN <addr>` was expected"),

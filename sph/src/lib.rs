@@ -12,7 +12,7 @@
 //! setup         what a run is built from                   laws         laws that both sides evaluate
 //! interface     the pair law between fluid and solid       coupling     solver, driver, exchange, ledger
 //! constants     coefficients that no case sets          fixed_constants   their list
-//! tasks         parallel work on particles
+//! tasks         parallel work on particles              random       numbers that look random
 //! ```
 
 pub mod constants;
@@ -25,6 +25,7 @@ pub mod lanes;
 pub mod laws;
 pub mod neighbours;
 pub mod prescribed;
+pub mod random;
 pub mod setup;
 pub mod shapes;
 pub mod space;

@@ -175,9 +175,6 @@ pub trait SolidSpace: Thresholds {
     /// The directions that a moment matrix Σ a X ⊗ X knows.
     fn span(moment: &Self::Tensor) -> Span<Self::Vector>;
 
-    /// Displacement of particle `i` of a lattice, in alternation: near the stiffest modes.
-    fn checkerboard(i: usize) -> Self::Vector;
-
     /// The spin terms s·ωᵀ + ω·s of Eq. (7) \[Pa/s\] of the deviatoric stress `s` \[Pa\] under `velocity_gradient` \[1/s\].
     fn corotation(velocity_gradient: &Self::Tensor, s: &Self::SymmetricTensor) -> Self::SymmetricTensor;
 

@@ -1,6 +1,7 @@
 //! Particles of shapes on the square (cubic) lattice.
 
 use super::region::{Faces, LayerParticle, OpenSides, Region};
+use crate::random::SplitMix64;
 use crate::space::Space;
 use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
@@ -177,19 +178,9 @@ pub(super) fn face_normal<S: Space>(
 /// 2014), axis by axis, position by position, the upper 53 bits of each output as a fraction. Positions are wrapped along
 /// the domain's periodic directions.
 pub fn displace<S: Space>(positions: &mut [S::Vector], amplitude: f64, seed: u64, domain: &Domain<S>) {
-    let mut state = seed;
-    let mut next = || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = state;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        bits ^= bits >> 31;
-        // Exact: 53 bits fit the mantissa.
-        let fraction = (bits >> 11) as f64 / (1_u64 << 53) as f64;
-        amplitude * (2.0 * fraction - 1.0)
-    };
+    let mut random = SplitMix64(seed);
     for position in positions {
-        let by = S::vector(S::axes(|_| next()));
+        let by = S::vector(S::axes(|_| amplitude * random.symmetric()));
         *position = domain.wrapped(&(*position + by));
     }
 }

@@ -183,11 +183,6 @@ impl SolidSpace for Plane {
         }
     }
 
-    fn checkerboard(i: usize) -> Self::Vector {
-        let phase = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
-        Self::Vector::new(phase, 0.7 * phase + 0.01 * (i % 7) as f64)
-    }
-
     #[inline]
     fn corotation(l: &Self::Tensor, s: &Self::SymmetricTensor) -> Self::SymmetricTensor {
         let spin = 0.5 * (l[(0, 1)] - l[(1, 0)]);

@@ -294,11 +294,6 @@ impl SolidSpace for Spatial {
         }
     }
 
-    fn checkerboard(i: usize) -> Vector3<f64> {
-        let phase = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
-        Vector3::new(phase, 0.7 * phase + 0.01 * (i % 7) as f64, 0.01 * (i % 11) as f64 - 0.4 * phase)
-    }
-
     #[inline]
     fn corotation(l: &Matrix3<f64>, s: &SymmetricTensor3) -> SymmetricTensor3 {
         let spin = (l - l.transpose()) * 0.5;

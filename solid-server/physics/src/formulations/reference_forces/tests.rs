@@ -1,6 +1,8 @@
+use nalgebra::{Matrix3, Vector3};
 use sph::kernel::CubicSpline;
+use sph::random::SplitMix64;
 use sph::space::domain::Domain;
-use sph::space::{Plane, Tensor, Vector};
+use sph::space::{Plane, Spatial, Tensor, Vector};
 
 use super::*;
 
@@ -117,4 +119,54 @@ fn the_largest_frequency_is_that_of_a_chain() {
     let omega = reference.largest_frequency(&mass, &ForceUnits::new(0.0, 1.0), |gradient| *gradient);
     // Infinite chain of central differences: ω = sin(kΔX) at most 1; the ends stiffen it, at most to 4.
     assert!(omega > 1.0 && omega < 2.0, "{omega}");
+}
+
+/// Largest frequency by `rounds` of power iteration from the displacements `u`.
+fn by_powers(
+    reference: &Reference<Spatial>,
+    mass: &[f64],
+    units: &ForceUnits,
+    stress: &(impl Fn(&Matrix3<f64>) -> Matrix3<f64> + Sync),
+    rounds: usize,
+) -> f64 {
+    let mut random = SplitMix64(7);
+    let mut u: Vec<_> = mass.iter().map(|_| Vector3::from_fn(|_, _| random.symmetric())).collect();
+    let mut square = 0.0;
+    for _ in 0..rounds {
+        u = reference.acceleration(&u, mass, units, stress);
+        square = u.iter().map(Vector3::norm_squared).sum::<f64>().sqrt();
+        u.iter_mut().for_each(|u| *u /= square);
+    }
+    square.sqrt()
+}
+
+#[test]
+fn the_largest_frequency_of_a_clamped_bar_is_found_for_all_poissons_ratios() {
+    let (across, along) = (6, 16);
+    let place = |k: usize| Vector3::new(k / (across * across), k / across % across, k % across).cast::<f64>();
+    let position: Vec<_> = (0..along * across * across).map(place).collect();
+    let held = position.iter().map(|x| x[0] < 3.5).collect();
+    let upper = Vector3::repeat(90.0);
+    let open = Domain { lower: -upper, upper, periodic: [false; 3] };
+    let kernel = CubicSpline::new(0.75);
+    let mass = vec![1.0; position.len()];
+    let reference = Reference::<Spatial>::new(&open, &position, mass.clone(), held, &kernel);
+    for ratio in [0.0, 0.3, 0.4, 0.49] {
+        let material = sph::setup::ElasticParameters {
+            density: 1.0,
+            bulk_modulus: 1.0 / (3.0 * (1.0 - 2.0 * ratio)),
+            shear_modulus: 1.0 / (2.0 * (1.0 + ratio)),
+            plane: sph::setup::PlaneState::Strain,
+        };
+        let law = crate::materials::hyperelastic::Hyperelastic::new(
+            sph::setup::HyperelasticLaw::NeoHookean,
+            &material,
+        );
+        let units = ForceUnits::new(0.3 / kernel.lattice_moment(1.0), 1.0);
+        let stress = |gradient: &Matrix3<f64>| law.linear::<Spatial>(gradient);
+        let found = reference.largest_frequency(&mass, &units, stress);
+        let expected = by_powers(&reference, &mass, &units, &stress, 1000);
+        // The bound of the error that is added makes it too large, by no more than a step may cost.
+        assert!(found > 0.9999 * expected && found < 1.01 * expected, "{ratio}: {found} for {expected}");
+    }
 }

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::SpatialBoundary;
 use super::box_rows::rows_of;
 use crate::neighbours::CellGrid;
+use crate::random::SplitMix64;
 use crate::shapes::SpatialShape;
 use crate::shapes::crowd::Crowd;
 use crate::shapes::lattice::face_normal;
@@ -51,12 +52,9 @@ pub(crate) struct Layers {
     pub count: u32,
 }
 
-/// A number from 0 to 2⁶⁴ for each place in an order that looks random (SplitMix64; Steele, Lea & Flood 2014).
+/// A number from 0 to 2⁶⁴ for each place in an order that looks random.
 fn shuffled(k: usize) -> u64 {
-    let mut bits = (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    bits ^ (bits >> 31)
+    SplitMix64((k as u64).wrapping_mul(SplitMix64::STEP)).bits()
 }
 
 /// Places on a layer, several for each point, and the volume \[m³\] that is nearest to it.

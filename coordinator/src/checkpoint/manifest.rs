@@ -9,7 +9,7 @@ use sph::coupling::solver::Role;
 use super::RunCheckpoint;
 
 /// Version of the layout of checkpoints. No other is read.
-const FORMAT: u32 = 11;
+const FORMAT: u32 = 12;
 
 /// A manifest. Times stand twice: to be read, and by their bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -39,6 +39,8 @@ pub struct SideEnergy {
     scale: f64,
     /// Largest |residual| so far \[J/m\].
     largest_residual: f64,
+    /// Largest [`gain_of`] so far \[J/m\].
+    largest_gain: f64,
 }
 
 impl SideEnergy {
@@ -46,6 +48,7 @@ impl SideEnergy {
     pub fn take(&mut self, report: &EnergyReport) {
         self.report = *report;
         self.scale = self.scale.max(scale_of(report));
+        self.largest_gain = self.largest_gain.max(gain_of(report));
         if let Some(residual) = report.residual() {
             let size = residual.abs();
             // NaN stays.
@@ -60,6 +63,13 @@ impl SideEnergy {
     pub fn residual_share(&self) -> Option<f64> {
         let counts = self.report.has_flows() && self.scale > 0.0;
         counts.then(|| self.largest_residual / self.scale)
+    }
+
+    /// The largest gain from what should lose, over the scale of the budget \[-\]; `None` as for
+    /// [`Self::residual_share`].
+    pub fn gain_share(&self) -> Option<f64> {
+        let counts = self.report.has_flows() && self.scale > 0.0;
+        counts.then(|| self.largest_gain / self.scale)
     }
 
     /// The last report.
@@ -81,6 +91,12 @@ fn scale_of(report: &EnergyReport) -> f64 {
         }
     }
     f64::max(held, f64::max(fallen, work))
+}
+
+/// Energy that the losses together have given \[J/m\]: minus their sum.
+fn gain_of(report: &EnergyReport) -> f64 {
+    let losses = report.entries().filter(|(account, _)| account.kind() == EnergyKind::Loss);
+    -losses.map(|(_, entry)| entry.value).sum::<f64>()
 }
 
 /// Energy budget of the run, from its start to the last completed step.
@@ -185,5 +201,29 @@ impl EnergySummary {
             fluid,
             solid,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_losses_give_together_is_a_gain_that_stays() {
+        let mut side = SideEnergy::default();
+        assert_eq!(side.gain_share(), None);
+        let report = |scheme: f64, damping: f64| {
+            let mut report = EnergyReport::default();
+            report.set(EnergyAccount::Kinetic, EnergyEntry { value: 2.0, start: 2.0 });
+            report.set(EnergyAccount::TimeScheme, EnergyEntry { value: scheme, start: 0.0 });
+            report.set(EnergyAccount::Damping, EnergyEntry { value: damping, start: 0.0 });
+            report
+        };
+        // What damping takes is not gained.
+        side.take(&report(-0.5, 0.75));
+        assert_eq!(side.gain_share(), Some(0.0));
+        side.take(&report(-1.0, 0.75));
+        side.take(&report(-0.5, 0.75));
+        assert_eq!(side.gain_share(), Some(0.125));
     }
 }

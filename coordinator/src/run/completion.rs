@@ -106,7 +106,8 @@ fn quality(job: &Job, recorded: &Recorded) -> Evidence {
     // Of the worse side; what is no number is worse than any.
     let worst = |a: f64, b: f64| if a.total_cmp(&b).is_lt() { b } else { a };
     let energy_residual = recorded.energy.iter().filter_map(SideEnergy::residual_share).reduce(worst);
-    Evidence { energy_residual, ..sampler.finish(probes.as_ref(), escaped) }
+    let energy_gain = recorded.energy[Role::Solid.index()].gain_share();
+    Evidence { energy_residual, energy_gain, ..sampler.finish(probes.as_ref(), escaped) }
 }
 
 /// Writes the report of a run whose tables and summary are complete.

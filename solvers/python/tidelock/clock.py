@@ -10,7 +10,6 @@ PREDICTOR, CORRECTOR = protocol.types.STAGE_PREDICTOR, protocol.types.STAGE_CORR
 STAGE_NAMES = {PREDICTOR: "predictor", CORRECTOR: "corrector"}
 # Constants of the CLOCK RULE.
 SLACK = 1e-6
-SHORTENED_STEPS = 4
 STEPS_PER_EXACT_PROBE = 5
 
 
@@ -94,7 +93,7 @@ class Clock:
         if left == math.inf:
             return self.allowed_step
         steps = max(math.ceil(left / self.allowed_step - SLACK), 1)
-        return min(left / steps, self.allowed_step) if steps <= SHORTENED_STEPS else self.allowed_step
+        return min(left / steps, self.allowed_step)
 
     def stage(self, stage: int) -> StageTime:
         """The half-step of `stage` in the current step."""

@@ -410,9 +410,9 @@ fn a_checkpoint_of_another_format_names_both() {
     store.write(&mut Disk, &checkpoint(10)).unwrap();
     let manifest = root.path().join("checkpoints").join(checkpoint_name(10)).join(MANIFEST);
     let text = std::fs::read_to_string(&manifest).unwrap();
-    std::fs::write(&manifest, text.replace("\"format\": 11", "\"format\": 10")).unwrap();
+    std::fs::write(&manifest, text.replace("\"format\": 12", "\"format\": 11")).unwrap();
     let said = store.newest().skipped.remove(0);
-    for words in ["is of format 10", "reads format 11", "with the build that wrote it"] {
+    for words in ["is of format 11", "reads format 12", "with the build that wrote it"] {
         assert!(said.contains(words), "{said}");
     }
 }

@@ -15,7 +15,7 @@ use serde::Serialize;
 pub use samples::Sampler;
 
 use self::thresholds::{
-    LARGEST_CAVITY, LARGEST_DENSITY_VARIATION, LARGEST_ENERGY_RESIDUAL, LARGEST_EXCESS,
+    LARGEST_CAVITY, LARGEST_DENSITY_VARIATION, LARGEST_ENERGY_GAIN, LARGEST_ENERGY_RESIDUAL, LARGEST_EXCESS,
     LARGEST_EXCESS_WHERE_FULL, LARGEST_LOAD_NOISE, LARGEST_MACH, LARGEST_STEP_RATIO, LEAST_ACROSS,
 };
 
@@ -99,6 +99,9 @@ pub struct Evidence {
     pub load_noise: Option<f64>,
     /// Energy that no account explains, over the largest of kinetic and available energy at the start and work done \[-\].
     pub energy_residual: Option<f64>,
+    /// Largest energy that the solids have gained from contact, damping and the time scheme together, over the same of
+    /// the solids \[-\].
+    pub energy_gain: Option<f64>,
     /// Particles across the thinnest elastic body.
     pub particles_across: Option<f64>,
     /// Time step over its stability limit at the start \[-\].
@@ -157,6 +160,13 @@ impl Evidence {
                 "use a smaller time step",
             ),
             figure(
+                "energy_gain",
+                self.energy_gain,
+                (AtMost, LARGEST_ENERGY_GAIN),
+                "energy that the solids have gained from contact and time scheme, over that spent",
+                "use a smaller time step: vibrations grow that it does not resolve",
+            ),
+            figure(
                 "particles_across",
                 self.particles_across,
                 (AtLeast, LEAST_ACROSS),
@@ -206,7 +216,7 @@ mod tests {
         };
         let verdicts: Vec<Judgement> = good.figures().iter().map(|figure| figure.verdict).collect();
         assert_eq!(verdicts.iter().filter(|verdict| **verdict == Judgement::Good).count(), 3);
-        assert_eq!(verdicts.iter().filter(|verdict| **verdict == Judgement::NotJudged).count(), 6);
+        assert_eq!(verdicts.iter().filter(|verdict| **verdict == Judgement::NotJudged).count(), 7);
         let bad = Evidence {
             volume_excess: Some(-0.009),
             particles_across: Some(2.0),

@@ -99,8 +99,8 @@ pub struct Evidence {
     pub load_noise: Option<f64>,
     /// Energy that no account explains, over the largest of kinetic and available energy at the start and work done \[-\].
     pub energy_residual: Option<f64>,
-    /// Largest energy that the solids have gained from contact, damping and the time scheme together, over the same of
-    /// the solids \[-\].
+    /// Largest energy that the solids have gained from contact and the time scheme together, over the same of the
+    /// solids \[-\].
     pub energy_gain: Option<f64>,
     /// Particles across the thinnest elastic body.
     pub particles_across: Option<f64>,

@@ -109,7 +109,9 @@ mod tests {
         assert_eq!(started.len(), 1);
         // The shell has forked, and its copy becomes `sleep` when the system lets it run.
         let is_sleep = || std::fs::read_to_string(format!("/proc/{}/comm", started[0])).unwrap() == "sleep\n";
+        let deadline = std::time::Instant::now() + std::time::Duration::from_secs(30);
         while !is_sleep() {
+            assert!(std::time::Instant::now() < deadline, "the shell has started no `sleep`");
             std::thread::yield_now();
         }
         let alone = |id: u32| Process::of_entry(&id.to_string()).peak_memory_bytes.unwrap();

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::SymmetricTensor3;
+use super::tensors::SymmetricTensor3;
 use crate::space::tensors::SpaceSymmetric;
 
 /// Sweeps of Jacobi's rotations: they converge quadratically, in at most six from any tensor.

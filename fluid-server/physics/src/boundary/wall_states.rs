@@ -54,8 +54,9 @@ impl<S: FluidSpace> WallStates<S> {
     /// ρ_w from p_w by the inverse of Eq. (3)
     /// ```
     /// v_f is the Shepard mean of the fluid's velocity, a_w the known acceleration of a moving wall. A particle
-    /// without fluid in its support, or of a released wall, does not act. The density follows the pressure down to
-    /// the floor of [`sph::laws::equation_of_state::Tait::wall_density`].
+    /// without fluid in its support, or of a released wall, does not act, and one above the fluid has a smaller volume or
+    /// none. The density follows the pressure down to the floor of
+    /// [`sph::laws::equation_of_state::Tait::wall_density`].
     pub fn extrapolate<G: Geometry<S>>(
         &mut self,
         geometry: G,
@@ -72,6 +73,7 @@ impl<S: FluidSpace> WallStates<S> {
         particles.resize(model.walls.len() + 1, S::Particle::default());
         particles[model.walls.len()] = inactive::<S>(model, &model.domain.lower);
         let body_force = model.body_force.at(time);
+        let motions = model.walls.motions_at(time);
         let extrapolate = |w: usize, particle: &mut S::Particle| {
             if placement.of_wall(w) != Some(needs) {
                 return;
@@ -81,8 +83,10 @@ impl<S: FluidSpace> WallStates<S> {
             if !model.walls.acts(model.walls.wall[w], time) {
                 return;
             }
-            let drive = body_force.acceleration(x) - field.acceleration(w);
+            let force = body_force.acceleration(x);
+            let drive = force - field.acceleration(w);
             let (mut weight, mut pressure, mut velocity) = (0.0, 0.0, S::Vector::zeros());
+            let mut offset = S::Vector::zeros();
             for j in fluid_of_walls.neighbours(w) {
                 let j = &fluid[j];
                 let d = geometry.separation(&particle.position(), &j.position());
@@ -90,13 +94,20 @@ impl<S: FluidSpace> WallStates<S> {
                 weight += kernel;
                 pressure += kernel * (j.pressure() + j.density() * drive.dot(&d));
                 velocity += j.velocity() * kernel;
+                offset -= d * kernel;
             }
-            if weight > 0.0 {
+            if weight == 0.0 {
+                return;
+            }
+            let pressure = pressure / weight;
+            let along = model.walls.along(w, &field.face_normal[w], &motions, &force);
+            let share = wet_share::<S>(model, &(offset / weight), pressure, &along);
+            if share > 0.0 {
                 let velocity =
                     mirrored::<S>(&(velocity / weight), &field.velocity(w), &field.mirror_normal[w]);
-                let pressure = pressure / weight;
                 let density = model.equation_of_state.wall_density(pressure);
-                *particle = S::Particle::new(x, &velocity, density, pressure, model.walls.mass / density);
+                let volume = share * model.walls.mass / density;
+                *particle = S::Particle::new(x, &velocity, density, pressure, volume);
             }
         };
         let particles = &mut particles[..model.walls.len()];
@@ -104,6 +115,31 @@ impl<S: FluidSpace> WallStates<S> {
             walls.zip(particles).for_each(|(w, particle)| extrapolate(w, particle));
         });
     }
+}
+
+/// Share with which a wall particle acts \[-\] whose pressure is `pressure` \[Pa\], for the mean `offset` of the fluid near
+/// it \[m\] and the part of the body force `along` the wall \[m/s²\].
+///
+/// ```text
+/// the larger of clamp((0.6 − s/h)/0.3, 0, 1), s the offset along the force, and clamp(1 + 2p/(ρ₀ f Δx), 0, 1)
+/// ```
+/// A wall mirrors the fluid: beside the surface of still water it has to end where the water does. What stands above would
+/// give the water at the wall other corrections L_i than the rest of the surface has. Water that strikes a wall presses on
+/// what is above it too.
+fn wet_share<S: FluidSpace>(
+    model: &FluidModel<S>,
+    offset: &S::Vector,
+    pressure: f64,
+    along: &S::Vector,
+) -> f64 {
+    let force = along.norm();
+    if force == 0.0 {
+        return 1.0;
+    }
+    let below = offset.dot(along) / (force * model.constants.smoothing_length());
+    let beside = (S::DRY_OFFSET - below) / (S::DRY_OFFSET - S::WET_OFFSET);
+    let of_half_a_row = 0.5 * model.constants.rest_density * force * model.constants.particle_spacing;
+    beside.max(1.0 + pressure / of_half_a_row).clamp(0.0, 1.0)
 }
 
 /// A wall particle at `x` \[m\] that does not act.

@@ -53,7 +53,7 @@ fn cone_is_empty<S: FluidSpace, G: Geometry<S>>(
         r >= support || d.dot(&outward) < std::f64::consts::FRAC_1_SQRT_2 * r
     };
     scene.fluid_neighbours(i).all(|j| outside(&fluid[j]))
-        && scene.wall_neighbours(i).all(|w| outside(&walls[w]))
+        && scene.wall_neighbours(i).all(|w| walls[w].volume() == 0.0 || outside(&walls[w]))
 }
 
 /// Marks in `near` the particles that lie at the surface or have an own particle of it within their support, by place.

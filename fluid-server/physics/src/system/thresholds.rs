@@ -34,6 +34,12 @@ thresholds! {
     /// R of the anti-pairing term R (W/W(Δx))⁴ (Monaghan 2000).
     PAIRING = 0.2, "shifting.anti_pairing",
         "factor R of the anti-pairing term R (W/W(dx))^4 of shifting (Monaghan 2000) [-]";
+    /// How far, in h, the fluid near a wall particle lies below it on average, up to which the particle is beside the fluid.
+    /// Level with the first row below a surface it is 0.22.
+    WET_OFFSET = 0.3, "walls.wet_offset",
+        "mean distance below a wall particle of the fluid near it, up to which it acts in full, in h [-]";
+    /// The same from which on the particle is above the fluid. One row higher it is 0.78.
+    DRY_OFFSET = 0.6, "walls.dry_offset", "the same from which on it does not act [-]";
     /// Smallest eigenvalue of the moment matrix below which a particle may lie at the free surface \[-\].
     SURFACE_EIGENVALUE = 0.75, "surface.largest_eigenvalue",
         "smallest eigenvalue of the moment matrix below which a particle may lie at the free surface [-]";

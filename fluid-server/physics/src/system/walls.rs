@@ -7,7 +7,7 @@ use sph::prescribed::motion::{MotionState, RigidMotion};
 use sph::setup::{WallCondition, WallParticles, WallSetup};
 use sph::space::Space;
 use sph::space::domain::Domain;
-use sph::space::tensors::SpaceVector;
+use sph::space::tensors::{SpaceSymmetric, SpaceTensor, SpaceVector};
 
 sph::constants! {
     const IN_FRONT_WIDTH: f64 = 0.6, "walls.in_front_width",
@@ -17,6 +17,12 @@ sph::constants! {
     const LOWEST_IN_FRONT: f64 = 0.5, "walls.in_front_lowest",
         "least height over a wall particle, along its normal, at which another stands in front of it, in spacings [-]";
     const HIGHEST_IN_FRONT: f64 = 1.5, "walls.in_front_highest", "largest such height, in spacings [-]";
+    const SEAM_RADIUS: f64 = 2.5, "walls.seam_radius",
+        "distance within which the faces around a wall particle count, in spacings [-]";
+    /// Deep in the edge of a box a twentieth of the normals nearby are those of the farther face. A round face counts as one
+    /// from a radius of seven spacings on.
+    const SEAM_SHARE: f64 = 0.02, "walls.seam_share",
+        "share of the normals around a wall particle from which on the wall does not continue their way [-]";
 }
 
 /// Length below which a sum of unit normals has no direction \[-\].
@@ -35,6 +41,9 @@ pub struct WallModel<S: Space> {
     pub face_normal: Arc<Vec<S::Vector>>,
     /// Whether a particle lies at the face, with no other wall particle in front of it.
     pub first_layer: Vec<bool>,
+    /// Particles where several faces meet, in order, with the unit vector along which all of them continue, zero where none
+    /// is.
+    seams: Vec<(u32, S::Vector)>,
     /// Where each is before it moves \[m\]; inside the box where its wall does not.
     start: Arc<Vec<S::Vector>>,
     /// Unit normal of the mirror in Eq. (27); zero where all components are reversed.
@@ -80,6 +89,7 @@ impl<S: Space> WallModel<S> {
             mass,
             first_layer: Vec::new(),
             face_normal: Arc::default(),
+            seams: Vec::new(),
             start: Arc::new(particles.position.iter().zip(&particles.wall).map(start).collect()),
             mirror_normal: Arc::new(mirror_normal),
             motion,
@@ -87,6 +97,7 @@ impl<S: Space> WallModel<S> {
         };
         model.face_normal = Arc::new(model.face_normals(&particles.normal, support_radius, domain));
         model.first_layer = model.first_layers(particle_spacing, domain);
+        model.seams = model.find_seams(&particles.normal, particle_spacing, domain);
         Ok(model)
     }
 
@@ -118,6 +129,26 @@ impl<S: Space> WallModel<S> {
         self.motion.iter().map(|motion| motion.as_ref().map(|m| m.at(time))).collect()
     }
 
+    /// The part of `direction` along which the wall continues around particle `w`, while the walls are as `motions` say and
+    /// its face normal is `normal`.
+    pub fn along(
+        &self,
+        w: usize,
+        normal: &S::Vector,
+        motions: &[Option<MotionState<S>>],
+        direction: &S::Vector,
+    ) -> S::Vector {
+        let Ok(k) = self.seams.binary_search_by_key(&(w as u32), |seam| seam.0) else {
+            return *direction - *normal * direction.dot(normal);
+        };
+        let seam = self.seams[k].1;
+        let along = match motions.get(self.wall[w] as usize) {
+            Some(Some(motion)) => motion.rotate(&seam),
+            _ => seam,
+        };
+        along * direction.dot(&along)
+    }
+
     /// Position \[m\] and face normal of particle `w` while the walls are as `motions` say.
     pub fn placed(&self, w: usize, motions: &[Option<MotionState<S>>]) -> (S::Vector, S::Vector) {
         match motions.get(self.wall[w] as usize) {
@@ -146,6 +177,30 @@ impl<S: Space> WallModel<S> {
         }
         let unit = |normal: S::Vector| normal.try_normalize(NO_DIRECTION).unwrap_or_else(S::Vector::zeros);
         normals.into_iter().map(unit).collect()
+    }
+
+    /// Where faces of the normals `given` meet, and along what, zero where along nothing.
+    fn find_seams(&self, given: &[S::Vector], spacing: f64, domain: &Domain<S>) -> Vec<(u32, S::Vector)> {
+        let start = &self.start;
+        let radius = SEAM_RADIUS * spacing;
+        let list = CellGrid::new(domain, start, radius).list_among(domain, start, radius);
+        let seam = |w: usize| {
+            let mut nearby = list.of(w).to_vec();
+            // In the order of the particles: the sum does not depend on that of the cells.
+            nearby.sort_unstable();
+            let normals = nearby.iter().map(|v| given[*v as usize]).filter(|n| n.norm_squared() > 0.0);
+            let (count, sum) = normals.fold((0.0, S::Tensor::zeros()), |(count, sum), n| {
+                (count + 1.0, sum + S::Tensor::outer(&n, &n))
+            });
+            let shares = S::SymmetricTensor::of(&(sum / f64::max(count, 1.0)));
+            let free = shares.map_principal(|share| if share < SEAM_SHARE { 1.0 } else { 0.0 });
+            let directions = free.full().trace().round();
+            if directions >= S::DIMENSIONS as f64 - 1.0 {
+                return None;
+            }
+            Some((w as u32, if directions > 0.0 { free.major_direction() } else { S::Vector::zeros() }))
+        };
+        (0..start.len()).filter_map(seam).collect()
     }
 
     /// Whether no wall particle stands in front of each one.

@@ -6,6 +6,7 @@ mod conservation;
 mod coupling;
 mod damper;
 mod departures;
+mod dry_walls;
 mod energy;
 mod invariance;
 mod lists;

@@ -401,6 +401,8 @@ Fluid = TypedDict(
         "artificial_pressure": NotRequired[float],
         "artificial_viscosity_a": NotRequired[float],
         "artificial_viscosity_b": NotRequired[float],
+        "artificial_viscosity_form": NotRequired[Literal['residual', 'plain']],
+        "artificial_viscosity_solid_share": NotRequired[float],
         "background_pressure_pa": NotRequired[float],
         "damping": NotRequired['Damping'],
         "density_diffusion": NotRequired[Literal['renormalised', 'plain', 'none']],

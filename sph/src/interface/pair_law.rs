@@ -59,7 +59,7 @@ impl<S: Space> PairLaw<S> {
             equation_of_state: fluid.equation_of_state(),
             gradient_scale: fluid.pair_gradient_scale::<S>(),
             rest_density: fluid.rest_density,
-            artificial_viscosity: fluid.artificial_viscosity(),
+            artificial_viscosity: fluid.artificial_viscosity_at_solids(),
             dynamic_viscosity: fluid.dynamic_viscosity,
             faces: Faces::new(&kernel, spacing, repulsion.distance()),
             repulsion,

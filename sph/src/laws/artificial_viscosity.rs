@@ -1,4 +1,5 @@
-//! Artificial viscosity between approaching particles, Eq. (23)-(24).
+//! Artificial viscosity between approaching particles, Eq. (23)-(24), of all of their approach or of the part that a smooth
+//! field of velocity does not explain.
 
 use crate::lanes::Real;
 
@@ -61,6 +62,14 @@ impl<R: Real> ArtificialViscosity<R> {
         // In this order a NaN stays one.
         let theta = self.smoothing_length * R::zero().min(approach);
         theta * self.minus_linear.plus_product(self.quadratic, theta)
+    }
+
+    /// The same with θ of the `residual` of the approach \[1/s\] in the linear term.
+    #[inline(always)]
+    pub fn of_residual(&self, approach: R, residual: R) -> R {
+        let theta = self.smoothing_length * R::zero().min(approach);
+        let residual = self.smoothing_length * R::zero().min(residual);
+        (residual * self.minus_linear).plus_product(self.quadratic, theta * theta)
     }
 
     /// The same of v_ij·x_ij \[m²/s\] and x_ij² \[m²\].

@@ -218,7 +218,7 @@ mod tests {
         assert_eq!(verdicts.iter().filter(|verdict| **verdict == Judgement::Good).count(), 3);
         assert_eq!(verdicts.iter().filter(|verdict| **verdict == Judgement::NotJudged).count(), 7);
         let bad = Evidence {
-            volume_excess: Some(-0.009),
+            volume_excess: Some(-0.012),
             particles_across: Some(2.0),
             escaped: Some(1.0),
             mach: Some(f64::NAN),
@@ -226,7 +226,7 @@ mod tests {
         };
         let texts = reservations(&bad.figures());
         assert_eq!(texts.len(), 4, "{texts:?}");
-        assert!(texts[0].starts_with("volume_excess = -9.000e-3, threshold 0.008: "), "{texts:?}");
+        assert!(texts[0].starts_with("volume_excess = -1.200e-2, threshold 0.01: "), "{texts:?}");
         assert!(
             texts[0].ends_with("use a `[fluid] volume_correction` of at least its default, or refine"),
             "{texts:?}"

@@ -2,8 +2,8 @@
 
 use sph::setup::{
     BodyForce, DensityDiffusion, FluidParameters, FluidParticles, FluidScheme, FluidSetup,
-    GradientCorrection, LedgerPolicy, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, WallCondition,
-    WallParticles, WallSetup,
+    GradientCorrection, LedgerPolicy, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, ViscosityForm,
+    WallCondition, WallParticles, WallSetup,
 };
 use sph::space::Space;
 use sph::space::domain::Domain;
@@ -37,7 +37,7 @@ pub const DEFAULT: Settings = with(WATER);
 pub const RECOMMENDED: Settings = with(FluidParameters { kernel_ratio: 1.2, ..WATER });
 
 /// The recommended settings, and the same with one thing left out or added.
-pub const FEATURES: [(&str, Settings); 13] = [
+pub const FEATURES: [(&str, Settings); 14] = [
     ("all", with(WATER)),
     ("predictor-corrector", with(FluidParameters { scheme: FluidScheme::PredictorCorrector, ..WATER })),
     ("h/dx 1.2", RECOMMENDED),
@@ -52,6 +52,10 @@ pub const FEATURES: [(&str, Settings); 13] = [
         with(FluidParameters { shifting: 0.0, tensile_control: false, volume_correction: 0.0, ..WATER }),
     ),
     ("with acoustic damper", with(FluidParameters { acoustic_damping: 0.4, ..WATER })),
+    (
+        "plain artificial viscosity",
+        with(FluidParameters { viscosity_a: 0.1, viscosity_form: ViscosityForm::Plain, ..WATER }),
+    ),
     ("no artificial viscosity", with(FluidParameters { viscosity_a: 0.0, ..WATER })),
     ("with viscosity", with(FluidParameters { dynamic_viscosity: 1e-3, ..WATER })),
 ];

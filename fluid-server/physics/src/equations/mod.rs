@@ -8,6 +8,7 @@ pub mod damper;
 pub mod diffusion;
 pub mod neighbour_sums;
 pub mod pair;
+pub mod residual_approach;
 pub mod stress;
 pub mod terms;
 pub mod viscosity;

@@ -9,6 +9,7 @@ use sph::space::Space;
 
 use super::artificial_pressure::ArtificialPressure;
 use super::diffusion::{bracketed, plain};
+use super::residual_approach::ResidualApproach;
 use super::terms::PairTerms;
 use super::viscosity::drag;
 use crate::neighbours::batch::NeighbourBatch;
@@ -20,6 +21,7 @@ use crate::system::packed_particle::{FluidSpace, LaneMotion};
 pub struct LawLanes<L> {
     kernel: KernelLanes<L>,
     viscosity: ArtificialViscosity<L>,
+    residual_approach: ResidualApproach<L>,
     artificial_pressure: ArtificialPressure<L>,
 }
 
@@ -30,6 +32,7 @@ impl<L: Lanes> LawLanes<L> {
         Self {
             kernel: model.law.kernel.lanes(),
             viscosity: model.law.viscosity.lanes(),
+            residual_approach: ResidualApproach::new(model),
             artificial_pressure: ArtificialPressure::new(model),
         }
     }
@@ -52,6 +55,8 @@ pub struct CentreParticle<S: Space, L: Lanes> {
     pub tensor: S::Matrix<L>,
     /// L_i of Eq. (21) in (17), or the unit matrix.
     pub correction: S::Symmetric<L>,
+    /// Rate of strain D, where artificial viscosity takes it \[1/s\].
+    pub strain_rate: S::Symmetric<L>,
 }
 
 /// Input of the viscous pair force for a batch; zero where there is none.
@@ -72,6 +77,8 @@ pub struct NeighbourData<S: Space, L: Lanes> {
     pub tensor: S::Matrix<L>,
     /// Viscosity.
     pub viscosity: PairViscosity<S, L>,
+    /// Rate of strain \[1/s\].
+    pub strain_rate: S::Symmetric<L>,
 }
 
 impl<S: Space, L: Lanes> NeighbourData<S, L> {
@@ -80,7 +87,7 @@ impl<S: Space, L: Lanes> NeighbourData<S, L> {
     pub fn nothing() -> Self {
         let zero = S::splat(L::zero());
         let viscosity = PairViscosity { viscosity: L::zero(), relative_velocity: zero };
-        Self { density_gradient: zero, tensor: S::zero_matrix(), viscosity }
+        Self { density_gradient: zero, tensor: S::zero_matrix(), viscosity, strain_rate: S::zero_symmetric() }
     }
 }
 
@@ -165,7 +172,14 @@ impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
 
         // ρ_i ρ_j Π_ij of Eq. (23), with ρ_i ρ_j/ρ̄ = 2 ρ_i ρ_j/(ρ_i + ρ_j).
         let twice_reduced = own.twice_density * density * (inverse * softened);
-        let mut isotropic = law.viscosity.pressure_over_density(approach * regular) * twice_reduced;
+        let of_viscosity = if law.residual_approach.acts() {
+            let strain = S::symmetric_plus(own.strain_rate, data.strain_rate);
+            let residual = law.residual_approach.of::<S>(approach, strain, x, square);
+            law.viscosity.of_residual(approach * regular, residual * regular)
+        } else {
+            law.viscosity.pressure_over_density(approach * regular)
+        };
+        let mut isotropic = of_viscosity * twice_reduced;
         self.artificial = S::plus_product(self.artificial, weight * isotropic, x);
         if law.artificial_pressure.acts() {
             let clumping = law.artificial_pressure.at(s, own.pressure, pressure);

@@ -13,7 +13,7 @@ use sph::lanes::Lanes;
 use sph::setup::OrderControl;
 use sph::space::Space;
 use sph::space::geometry::Geometry;
-use sph::space::tensors::SpaceVector;
+use sph::space::tensors::{SpaceSymmetric, SpaceVector};
 
 use super::detection::outward;
 use crate::equations::neighbour_sums::NeighbourSums;
@@ -31,30 +31,29 @@ pub struct RegularisationSums<S: Space> {
     shifting_gradient: S::Vector,
     /// Largest relative speed of neighbours U_i \[m/s\].
     speed: f64,
-    /// ∇v corrected by L_i; zero where too few neighbours define it \[1/s\].
-    velocity_gradient: S::Matrix<f64>,
+    /// Half the curl of the velocity, the antisymmetric part of ∇v corrected by L_i; zero where too few neighbours define
+    /// it \[1/s\].
+    spin: S::Spin,
 }
 
 impl<S: Space> Default for RegularisationSums<S> {
     #[inline(always)]
     fn default() -> Self {
         let zero = S::Vector::zeros();
-        Self { concentration: zero, shifting_gradient: zero, speed: 0.0, velocity_gradient: S::zero_matrix() }
+        Self { concentration: zero, shifting_gradient: zero, speed: 0.0, spin: S::Spin::default() }
     }
 }
 
 impl<S: Space> RegularisationSums<S> {
-    /// Of the sums over the neighbours; `inverse` is L_i, where enough of them define it.
+    /// Of the sums over the neighbours, and of ∇v \[1/s\], zero where too few of them define it.
     #[inline(always)]
-    pub fn new(sums: &NeighbourSums<S>, inverse: Option<S::Symmetric<f64>>) -> Self {
-        let velocity_gradient =
-            inverse.map_or(S::zero_matrix(), |l| S::matrix_times_symmetric(sums.velocity, l));
+    pub fn new(sums: &NeighbourSums<S>, velocity_gradient: &S::Tensor) -> Self {
         let concentration = S::vector(sums.concentration);
         Self {
             concentration,
             shifting_gradient: concentration + S::vector(sums.pairing),
             speed: sums.square_speed.sqrt(),
-            velocity_gradient,
+            spin: spin::<S>(velocity_gradient),
         }
     }
 
@@ -90,7 +89,7 @@ enum Place {
 }
 
 /// Shift and acceleration of the particle at place `i`; `neighbour_fields` are those of all particles, `near_surface` is whether it
-/// lies near the free surface, `excess` ε of the volume correction.
+/// lies near the free surface, `strain_rate` that of the fluid, `excess` ε of the volume correction.
 #[inline(always)]
 pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     order: &OrderControl,
@@ -99,6 +98,7 @@ pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     neighbour_fields: &[S::Fields],
     near_surface: bool,
     sums: &RegularisationSums<S>,
+    strain_rate: &S::SymmetricTensor,
     excess: f64,
 ) -> Regularisation<S> {
     let fields = &neighbour_fields[i];
@@ -122,7 +122,7 @@ pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
         };
         shift(order, scene.model, sums, &normal) * share
     };
-    let advection = S::vector(S::matrix_times(sums.velocity_gradient, S::components(&shift)));
+    let advection = strain_rate.dot(&shift) + S::spin_cross(sums.spin, &shift);
     let largest_tension = S::LARGEST_TENSION * scene.model.bulk_modulus();
     let pressure = (fluid.pressure() + fields.damper()).max(-largest_tension);
     let mut density = 0.0;
@@ -135,6 +135,17 @@ pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     }
     let acceleration = tensile(order, sums, place, pressure, fluid.density()) + advection;
     Regularisation { shift, acceleration, advection, density }
+}
+
+/// Half the curl of a velocity of this gradient \[1/s\].
+#[inline(always)]
+fn spin<S: Space>(velocity_gradient: &S::Tensor) -> S::Spin {
+    let along = |axis: usize| {
+        let mut unit = S::Vector::zeros();
+        unit[axis] = 1.0;
+        S::cross(&unit, &(*velocity_gradient * unit))
+    };
+    (0..S::DIMENSIONS).fold(S::Spin::default(), |curl, axis| curl + along(axis)) * 0.5
 }
 
 /// Velocity of the shift \[m/s\]; `normal` is zero away from the surface.

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use sph::lanes::{LanePass, Lanes};
 use sph::space::geometry::Geometry;
+use sph::space::tensors::{SpaceSymmetric, SpaceTensor};
 use sph::tasks::for_each;
 
 use super::gradients::{GradientSlices, Gradients, ParticleGradients, Partner};
@@ -202,8 +203,15 @@ fn finish<S: FluidSpace, G: Geometry<S>>(
     let has_gradient = model.needs_density_gradient() && determinant >= S::SMALLEST_GRADIENT_DETERMINANT;
     let density_gradient =
         if has_gradient { S::symmetric_times(inverse, sums.density) } else { S::splat(0.0) };
+    // Of fluid and walls alone: velocities relative to a solid that slips say little of ∇v.
+    let velocity_gradient = match trusted {
+        Some(inverse) if model.regularises() || model.has_strain_rates() => {
+            S::tensor(S::matrix_times_symmetric(sums.velocity, inverse))
+        }
+        _ => S::Tensor::zeros(),
+    };
     let (regularisation, surface) = if model.regularises() {
-        (RegularisationSums::new(sums, trusted), Surface::of(scene, i, sums))
+        (RegularisationSums::new(sums, &velocity_gradient), Surface::of(scene, i, sums))
     } else {
         (RegularisationSums::default(), Surface::default())
     };
@@ -251,6 +259,7 @@ fn finish<S: FluidSpace, G: Geometry<S>>(
         tensor,
         momentum_correction,
         viscosity,
+        strain_rate: S::symmetric_components(&S::SymmetricTensor::of(&velocity_gradient)),
         density_rate,
     }
 }

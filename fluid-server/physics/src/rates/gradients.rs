@@ -53,6 +53,8 @@ pub struct Gradients<S: FluidSpace = Plane> {
     pub momentum_correction: Vec<S::Symmetric<f64>>,
     /// Viscosity in the viscous pair force \[Pa s\].
     pub viscosity: Vec<f64>,
+    /// Rate of strain D, the symmetric part of ∇v corrected by L_i; zero where few neighbours define it \[1/s\].
+    pub strain_rate: Vec<S::Symmetric<f64>>,
     /// Results for particles in contact with the partner, before they are put in place.
     pub(super) merged: Vec<Option<(NeighbourSums<S>, ParticleGradients<S>)>>,
 }
@@ -70,6 +72,7 @@ pub struct GradientSlices<'a, S: FluidSpace> {
     tensor: &'a mut [S::Matrix<f64>],
     momentum_correction: &'a mut [S::Symmetric<f64>],
     viscosity: &'a mut [f64],
+    strain_rate: &'a mut [S::Symmetric<f64>],
     /// Rates whose density rate the pass computes, with leapfrog.
     rates: &'a mut [Rates<S>],
 }
@@ -85,6 +88,7 @@ split_by_field!(GradientSlices<S> {
     tensor,
     momentum_correction,
     viscosity,
+    strain_rate,
     rates
 });
 
@@ -102,6 +106,7 @@ impl<S: FluidSpace> Default for Gradients<S> {
             tensor: Vec::new(),
             momentum_correction: Vec::new(),
             viscosity: Vec::new(),
+            strain_rate: Vec::new(),
             merged: Vec::new(),
         }
     }
@@ -124,6 +129,7 @@ impl<S: FluidSpace> Gradients<S> {
         self.tensor.resize(of(model.has_tensors() && !symmetric), S::zero_matrix());
         self.momentum_correction.resize(of(symmetric), S::zero_symmetric());
         self.viscosity.resize(of(model.viscosity == Viscosity::Pairwise), 0.0);
+        self.strain_rate.resize(of(model.has_strain_rates() || model.regularises()), S::zero_symmetric());
     }
 
     /// The parts of the arrays at the places `own`, which the pass fills; `rates` with leapfrog.
@@ -148,6 +154,7 @@ impl<S: FluidSpace> Gradients<S> {
             tensor: part(&mut self.tensor, &own),
             momentum_correction: part(&mut self.momentum_correction, &own),
             viscosity: part(&mut self.viscosity, &own),
+            strain_rate: part(&mut self.strain_rate, &own),
             rates,
         }
     }
@@ -156,6 +163,7 @@ impl<S: FluidSpace> Gradients<S> {
     pub fn send_copies<G: Geometry<S>>(&self, scene: &Scene<G, S>) {
         let Some(halo) = scene.lists.placement().halo() else { return };
         let Self { neighbour_fields, at_surface, tensor, momentum_correction, viscosity, .. } = self;
+        let strain_rate = if scene.model.has_strain_rates() { &self.strain_rate[..] } else { &[] };
         halo.send(&scene.model.team, Reach::Neighbours, |i, message| {
             if let Some(fields) = neighbour_fields.get(i) {
                 put_in(message, [fields.damper(), fields.eigenvalue()]);
@@ -173,12 +181,16 @@ impl<S: FluidSpace> Gradients<S> {
             if let Some(viscosity) = viscosity.get(i) {
                 put_in(message, *viscosity);
             }
+            if let Some(strain_rate) = strain_rate.get(i) {
+                put_in(message, S::symmetric_tensor(*strain_rate));
+            }
         });
     }
 
     /// Waits for what neighbours read of copies.
     pub fn receive_copies<G: Geometry<S>>(&mut self, scene: &Scene<G, S>) {
         let Self { neighbour_fields, at_surface, tensor, momentum_correction, viscosity, .. } = self;
+        let strain_rate = if scene.model.has_strain_rates() { &mut self.strain_rate[..] } else { &mut [] };
         let Some(halo) = scene.lists.placement().halo() else { return };
         halo.receive(&scene.model.team, Reach::Neighbours, |place, message| {
             if let Some(fields) = neighbour_fields.get_mut(place) {
@@ -197,6 +209,9 @@ impl<S: FluidSpace> Gradients<S> {
             }
             if let Some(viscosity) = viscosity.get_mut(place) {
                 *viscosity = message.number();
+            }
+            if let Some(strain_rate) = strain_rate.get_mut(place) {
+                *strain_rate = S::symmetric_components(&message.take());
             }
         });
     }
@@ -269,6 +284,7 @@ impl<S: FluidSpace> Gradients<S> {
             + bytes(&self.tensor)
             + bytes(&self.momentum_correction)
             + bytes(&self.viscosity)
+            + bytes(&self.strain_rate)
             + bytes(&self.merged)
     }
 }
@@ -294,6 +310,8 @@ pub struct ParticleGradients<S: FluidSpace> {
     pub momentum_correction: S::Symmetric<f64>,
     /// Viscosity \[Pa s\].
     pub viscosity: f64,
+    /// Rate of strain \[1/s\].
+    pub strain_rate: S::Symmetric<f64>,
     /// Density rate with leapfrog \[kg/(m³ s)\].
     pub density_rate: f64,
 }
@@ -311,6 +329,7 @@ impl<S: FluidSpace> GradientSlices<'_, S> {
         put(self.tensor, k, finished.tensor);
         put(self.momentum_correction, k, finished.momentum_correction);
         put(self.viscosity, k, finished.viscosity);
+        put(self.strain_rate, k, finished.strain_rate);
         if let Some(rates) = self.rates.get_mut(k) {
             rates.density = finished.density_rate;
         }

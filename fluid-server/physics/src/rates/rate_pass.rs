@@ -148,13 +148,15 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                 let sums = pairs.total();
                 let rho = scene.fluid[i].density();
                 let by_fluid = sums.stress_divergence / -rho;
-                // Most particles are far from walls.
+                // Most particles are far from walls. A closure of so many lanes would become a function without them.
                 let (mut walls, mut by_walls) = (PairTotals::<S>::default(), S::Vector::zeros());
                 let mut repulsion = S::Vector::zeros();
-                let at_walls = (!scene.wall_row(i).is_empty()).then(|| {
+                let at_walls = if scene.wall_row(i).is_empty() {
+                    None
+                } else {
                     let pairs = fields.wall_sums::<L, T>(&law, i, &own, None);
-                    (pairs, wall_repulsion(scene, fields.field, i, None))
-                });
+                    Some((pairs, wall_repulsion(scene, fields.field, i, None)))
+                };
                 if let Some((pairs, repels)) = &at_walls {
                     walls = pairs.total();
                     repulsion = *repels;
@@ -166,8 +168,9 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                     let (all, sums) = (&gradients.neighbour_fields, &gradients.regularisation[i]);
                     let near = gradients.is_near_surface(i);
                     let excess = state.volume_excess.get(i).copied().unwrap_or_default();
+                    let strain = S::symmetric_tensor(gradients.strain_rate[i]);
                     regularisation =
-                        shifting::regularise::<S, L, G>(order, scene, i, all, near, sums, excess);
+                        shifting::regularise::<S, L, G>(order, scene, i, all, near, sums, &strain, excess);
                 }
                 let continuity = density_rate(rho, -(sums.continuity + walls.continuity));
                 let damped = scene.fluid[i].velocity() * damping;

@@ -61,6 +61,10 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
                 S::zero_matrix()
             },
             correction: S::splat_symmetric(&l),
+            strain_rate: match gradients.strain_rate.get(i) {
+                Some(strain_rate) => S::splat_symmetric(strain_rate),
+                None => S::zero_symmetric(),
+            },
         }
     }
 
@@ -72,13 +76,14 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         i: usize,
         own: &CentreParticle<S, L>,
     ) -> PairSums<S, L> {
-        let Scene { geometry, fluid, .. } = self.scene;
+        let Scene { geometry, model, fluid, .. } = self.scene;
         let gradients = self.gradients;
         // The same length, as one check of an index then serves both.
         let neighbour_fields =
             if T::NEIGHBOUR_FIELDS { &gradients.neighbour_fields[..fluid.len()] } else { &[] };
         let tensors = if T::TENSOR && !T::SYMMETRIC { &gradients.tensor[..fluid.len()] } else { &[] };
         let corrections = if T::SYMMETRIC { &gradients.momentum_correction[..fluid.len()] } else { &[] };
+        let strain_rates = if model.has_strain_rates() { &gradients.strain_rate[..fluid.len()] } else { &[] };
         let mut sums = PairSums::zero();
         for indices in self.scene.fluid_row(i) {
             let indices = *indices;
@@ -88,6 +93,9 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
                 let (damper, _, gradient) = S::Fields::lanes(of_each(indices, neighbour_fields));
                 batch.pressure = batch.pressure + damper;
                 data.density_gradient = gradient;
+            }
+            if !strain_rates.is_empty() {
+                data.strain_rate = S::symmetric_component_lanes(of_each(indices, strain_rates));
             }
             if T::SYMMETRIC {
                 let correction = S::symmetric_component_lanes(of_each(indices, corrections));
@@ -106,7 +114,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
 
     /// Sums of the particle at place `i` over the particles of `wall`, or of all walls.
     ///
-    /// A wall takes ∇ρ, L and damper of the particle, and its viscous stress, mirrored where it slips.
+    /// A wall takes ∇ρ, L, damper and rate of strain of the particle, and its viscous stress, mirrored where it slips.
     #[inline(always)]
     pub fn wall_sums<L: Lanes, T: PairTerms>(
         &self,
@@ -129,8 +137,11 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
                 batch.volume = batch.volume * L::from_array(each(indices, included));
             }
             batch.pressure = batch.pressure + damper;
-            let mut data =
-                NeighbourData { density_gradient: own.density_gradient, ..NeighbourData::nothing() };
+            let mut data = NeighbourData {
+                density_gradient: own.density_gradient,
+                strain_rate: own.strain_rate,
+                ..NeighbourData::nothing()
+            };
             if T::TENSOR && inviscid {
                 data.tensor = S::matrix_scaled(of_pressure, batch.pressure);
             } else if T::TENSOR {

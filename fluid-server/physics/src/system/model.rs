@@ -10,7 +10,7 @@ use sph::laws::repulsion::Repulsion;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{
     Coupling, Damping, DensityDiffusion, FluidParameters, FluidProbeKind, FluidScheme, GradientCorrection,
-    OrderControl, Outflow,
+    OrderControl, Outflow, ViscosityForm,
 };
 use sph::space::Space;
 use sph::space::domain::Domain;
@@ -147,6 +147,11 @@ impl<S: Space> FluidModel<S> {
         self.needs_moments() || self.needs_velocity_gradient() || self.regularises()
     }
 
+    /// Whether neighbours read the rates of strain.
+    pub fn has_strain_rates(&self) -> bool {
+        self.constants.viscosity_form == ViscosityForm::Residual && self.constants.viscosity_a > 0.0
+    }
+
     /// Whether neighbours read results of the gradient pass.
     pub fn has_neighbour_fields(&self) -> bool {
         self.needs_density_gradient() || self.has_damper() || self.regularises()
@@ -154,12 +159,18 @@ impl<S: Space> FluidModel<S> {
 
     /// Whether moments are needed.
     pub fn needs_moments(&self) -> bool {
-        self.needs_density_gradient() || self.corrects_continuity() || self.viscosity == Viscosity::Pairwise
+        self.needs_density_gradient()
+            || self.corrects_continuity()
+            || self.viscosity == Viscosity::Pairwise
+            || self.has_strain_rates()
     }
 
     /// Whether the velocity gradient is needed.
     pub fn needs_velocity_gradient(&self) -> bool {
-        self.viscosity != Viscosity::Inviscid || self.has_damper() || self.is_leapfrog()
+        self.viscosity != Viscosity::Inviscid
+            || self.has_damper()
+            || self.is_leapfrog()
+            || self.has_strain_rates()
     }
 
     /// Whether momentum needs T = −σ·L as a tensor instead of a pressure.

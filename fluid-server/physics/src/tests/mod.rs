@@ -2,6 +2,7 @@
 
 mod arithmetic;
 mod artificial_pressure;
+mod artificial_viscosity;
 mod conservation;
 mod coupling;
 mod damper;

@@ -77,6 +77,15 @@ pub struct Regularisation<S: Space> {
     pub density: f64,
 }
 
+impl<S: Space> Regularisation<S> {
+    /// The same with δu·∇v, of the rate of strain \[1/s\] and the spin among `sums`.
+    #[inline(always)]
+    pub fn advected(self, sums: &RegularisationSums<S>, strain_rate: &S::SymmetricTensor) -> Self {
+        let advection = strain_rate.dot(&self.shift) + S::spin_cross(sums.spin, &self.shift);
+        Self { acceleration: self.acceleration + advection, advection, ..self }
+    }
+}
+
 /// Where a particle lies relative to the free surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Place {
@@ -88,8 +97,8 @@ enum Place {
     Alone,
 }
 
-/// Shift and acceleration of the particle at place `i`; `neighbour_fields` are those of all particles, `near_surface` is whether it
-/// lies near the free surface, `strain_rate` that of the fluid, `excess` ε of the volume correction.
+/// Shift of the particle at place `i`, and its acceleration without that of the shift; `neighbour_fields` are those of all
+/// particles, `near_surface` is whether it lies near the free surface, `excess` ε of the volume correction.
 #[inline(always)]
 pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     order: &OrderControl,
@@ -98,7 +107,6 @@ pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     neighbour_fields: &[S::Fields],
     near_surface: bool,
     sums: &RegularisationSums<S>,
-    strain_rate: &S::SymmetricTensor,
     excess: f64,
 ) -> Regularisation<S> {
     let fields = &neighbour_fields[i];
@@ -122,7 +130,6 @@ pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
         };
         shift(order, scene.model, sums, &normal) * share
     };
-    let advection = strain_rate.dot(&shift) + S::spin_cross(sums.spin, &shift);
     let largest_tension = S::LARGEST_TENSION * scene.model.bulk_modulus();
     let pressure = (fluid.pressure() + fields.damper()).max(-largest_tension);
     let mut density = 0.0;
@@ -133,8 +140,8 @@ pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
             density += fluid.density() * excess * volume_rate(scene.model, sums.speed, eigenvalue);
         }
     }
-    let acceleration = tensile(order, sums, place, pressure, fluid.density()) + advection;
-    Regularisation { shift, acceleration, advection, density }
+    let acceleration = tensile(order, sums, place, pressure, fluid.density());
+    Regularisation { shift, acceleration, advection: S::Vector::zeros(), density }
 }
 
 /// Half the curl of a velocity of this gradient \[1/s\].

@@ -170,7 +170,8 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                     let excess = state.volume_excess.get(i).copied().unwrap_or_default();
                     let strain = S::symmetric_tensor(gradients.strain_rate[i]);
                     regularisation =
-                        shifting::regularise::<S, L, G>(order, scene, i, all, near, sums, &strain, excess);
+                        shifting::regularise::<S, L, G>(order, scene, i, all, near, sums, excess)
+                            .advected(sums, &strain);
                 }
                 let continuity = density_rate(rho, -(sums.continuity + walls.continuity));
                 let damped = scene.fluid[i].velocity() * damping;

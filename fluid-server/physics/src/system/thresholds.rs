@@ -28,12 +28,12 @@ thresholds! {
     /// Upper bound of the same \[-\].
     LARGEST_MEAN_MOMENT = 1.1, "viscosity.largest_mean_moment",
         "upper bound of the mean moment by which the viscous pair force is divided [-]";
-    /// Distance up to which artificial viscosity resists all of an approach, in spacings \[-\]. Without it a rotating patch
-    /// brings particles to 0.45 spacings.
-    PLAIN_DISTANCE = 0.6, "artificial_viscosity.plain_distance",
+    /// Distance up to which artificial viscosity resists all of an approach, in spacings \[-\]. With 0.4 a rotating patch brings
+    /// particles to 0.46 spacings; with 0.6 a drop that is stretched to this distance loses 0.5 % of its area.
+    PLAIN_DISTANCE = 0.55, "artificial_viscosity.plain_distance",
         "distance up to which artificial viscosity resists all of an approach, in spacings [-]";
     /// The same from which on it resists the residual alone \[-\].
-    RESIDUAL_DISTANCE = 0.8, "artificial_viscosity.residual_distance",
+    RESIDUAL_DISTANCE = 0.6, "artificial_viscosity.residual_distance",
         "the same from which on it resists what the rates of strain do not explain [-]";
     /// Factor on the share of solids by which the damper fades \[-\].
     SOLID_FADING = 4.0, "damper.solid_fading",

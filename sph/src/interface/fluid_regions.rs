@@ -20,8 +20,8 @@ pub struct Dummy<S: Space = Plane> {
     pub density: f64,
     /// Mass \[kg\], in the plane per depth.
     pub mass: f64,
-    /// Velocity toward which the fluid's viscosity acts \[m/s\]. Without slip that of the solid particle and of the fluid
-    /// around it mirrored, so that the velocity of the solid is met at its face, half-way.
+    /// Velocity \[m/s\]: that of the fluid around the solid particle mirrored, along the face where it slips, so that the
+    /// velocity of the solid is met at its face, half-way. In the plain sum that of the particle.
     pub velocity: S::Vector,
 }
 

@@ -244,8 +244,6 @@ impl<S: FluidSpace> FluidInterface<S> {
 
     /// Adds the solid's particles to the sums of the gradient pass, once for each fluid particle, so that a solid's
     /// face is not detected as free surface.
-    ///
-    /// The velocity gradient takes the velocity that viscosity acts toward, with slip only the approach along x_ij.
     pub fn add_neighbour_sums<G: Geometry<S>>(
         &mut self,
         scene: &Scene<G, S>,
@@ -257,7 +255,6 @@ impl<S: FluidSpace> FluidInterface<S> {
             return;
         }
         let partner_density = self.partner_density();
-        let slips = self.coupling.law == InterfaceLaw::Wall;
         let ratio = Ratio::new(model);
         let Self { interface, domain, states: [own, partner], neighbour_sums, selection, .. } = self;
         let (states, particles) = (&mut self.states_in_contact, &mut self.particles_in_contact);
@@ -275,10 +272,7 @@ impl<S: FluidSpace> FluidInterface<S> {
             for (s, dummy) in interface.solids_near(k) {
                 let d = domain.separation(&own.position[k], &partner.position[s]);
                 let r = d.norm();
-                let mut v_sf = dummy.velocity - own.velocity[k];
-                if slips {
-                    v_sf = d * (v_sf.dot(&d) / d.norm_squared().max(f64::MIN_POSITIVE));
-                }
+                let v_sf = dummy.velocity - own.velocity[k];
                 let density = match partner_density {
                     PartnerDensity::FluidEquivalent => dummy.density - own.density[k],
                     PartnerDensity::OtherMaterial => 0.0,
@@ -334,7 +328,7 @@ impl<S: FluidSpace> FluidInterface<S> {
                 let gradient_factor =
                     model.cross_gradient_scale * model.kernel.gradient_factor(square.sqrt());
                 let weight = dummy.mass / dummy.density * gradient_factor;
-                continuity += weight * (own.velocity[k] - partner.velocity[s]).dot(&d);
+                continuity += weight * (own.velocity[k] - dummy.velocity).dot(&d);
                 let share = square / model.law.viscosity.softened(square);
                 let psi = plain(2.0 * rho, dummy.density, share);
                 exchange += weight * bracketed::<S, f64>(psi, S::scaled(gradient, 2.0), S::components(&d));

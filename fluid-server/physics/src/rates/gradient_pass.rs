@@ -203,10 +203,9 @@ fn finish<S: FluidSpace, G: Geometry<S>>(
     let has_gradient = model.needs_density_gradient() && determinant >= S::SMALLEST_GRADIENT_DETERMINANT;
     let density_gradient =
         if has_gradient { S::symmetric_times(inverse, sums.density) } else { S::splat(0.0) };
-    // Of fluid and walls alone: velocities relative to a solid that slips say little of ∇v.
     let velocity_gradient = match trusted {
         Some(inverse) if model.regularises() || model.has_strain_rates() => {
-            S::tensor(S::matrix_times_symmetric(sums.velocity, inverse))
+            S::tensor(S::matrix_times_symmetric(sums.velocity_gradient(), inverse))
         }
         _ => S::Tensor::zeros(),
     };

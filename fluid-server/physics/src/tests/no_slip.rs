@@ -1,13 +1,17 @@
-//! Flow along a solid without slip.
+//! Flow along the face of a solid.
 
 use sph::coupling::exchange::{Column, Extent, StateColumns};
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::Stage;
 use sph::interface::states::InterfaceStates;
-use sph::setup::{Coupling, CouplingKind, FluidSetup, InterfaceLaw, WallCondition, WallSetup};
+use sph::setup::{
+    Coupling, CouplingKind, FluidSetup, GradientCorrection, InterfaceLaw, ViscosityForm, WallCondition,
+    WallSetup,
+};
 use sph::space::Vector;
 
-use super::support::{add_block, empty_scene, solver, stage_time};
+use super::support::{add_block, empty_scene, run, solver, stage_time};
+use crate::FluidSolver;
 
 const SPACING: f64 = 0.02;
 const COLUMNS: usize = 20;
@@ -31,23 +35,31 @@ fn gap() -> FluidSetup {
     for i in 0..setup.particles.id.len() {
         setup.particles.velocity[i].x = SPEED * (1.0 - (setup.particles.position[i].y - FACE) / height);
     }
-    let (name, condition) = ("ceiling".into(), WallCondition::NoSlip);
-    setup.walls.push(WallSetup { name, condition, motion: None, release_time: None });
-    for x in rows(FACE + height, 1.0) {
+    add_wall(&mut setup, WallCondition::NoSlip, FACE + height, 1.0);
+    couple(&mut setup, InterfaceLaw::WallNoSlip);
+    setup
+}
+
+/// Adds a wall behind a face at height `face` \[m\], upward or downward.
+fn add_wall(setup: &mut FluidSetup, condition: WallCondition, face: f64, direction: f64) {
+    setup.walls.push(WallSetup { name: "wall".into(), condition, motion: None, release_time: None });
+    for x in rows(face, direction) {
         setup.wall_particles.wall.push(0);
         setup.wall_particles.position.push(x);
-        setup.wall_particles.normal.push(Vector::new(0.0, -1.0));
+        setup.wall_particles.normal.push(Vector::new(0.0, -direction));
     }
+}
+
+fn couple(setup: &mut FluidSetup, law: InterfaceLaw) {
     setup.run.coupling = Some(Coupling {
         kind: CouplingKind::States,
-        law: InterfaceLaw::WallNoSlip,
+        law,
         fluid: setup.parameters,
         solid_spacing: SPACING,
         repulsion: 1.0,
         margin: SPACING,
         implicit: None,
     });
-    setup
 }
 
 /// Four rows behind a face at height `face` \[m\], upward or downward.
@@ -59,15 +71,15 @@ fn rows(face: f64, direction: f64) -> impl Iterator<Item = Vector> {
     (0..4 * COLUMNS).map(place)
 }
 
-/// The solid as a belt: it stays in place.
-fn belt() -> InterfaceStates {
+/// The solid as a belt of `speed` \[m/s\]: it stays in place.
+fn belt(speed: f64) -> InterfaceStates {
     let position: Vec<Vector> = rows(FACE, -1.0).collect();
     let n = position.len();
     InterfaceStates {
         id: (0..n as u32).collect(),
         group: vec![0; n],
         mass: vec![1100.0 * SPACING * SPACING; n],
-        velocity: vec![Vector::new(SPEED, 0.0); n],
+        velocity: vec![Vector::new(speed, 0.0); n],
         density: vec![1100.0; n],
         pressure: vec![0.0; n],
         stress: Vec::new(),
@@ -75,25 +87,30 @@ fn belt() -> InterfaceStates {
     }
 }
 
-#[test]
-fn couette_flow_has_the_speed_of_the_solid_at_its_face() {
-    let mut solver = solver(gap());
-    let partner = StateColumns::from(&belt());
+/// Takes `steps` of `length` \[s\] above `partner`.
+fn run_above(solver: &mut FluidSolver, partner: &InterfaceStates, steps: u64, length: f64) {
+    let partner = StateColumns::from(partner);
     let boxes = Column::from_iter([[0.0, FACE - 4.0 * SPACING, COLUMNS as f64 * SPACING, FACE]]);
     let extent = Extent { version: 1, boxes };
     let mut own = StateColumns::default();
-    // Five times as long as the slowest departure from the steady profile lives, H²/(π² ν).
-    for step in 0..400 {
+    for step in 0..steps {
         for stage in Stage::BOTH {
-            let time = stage_time(step, stage, 5e-5);
+            let time = stage_time(step, stage, length);
             solver.begin_stage(&time).unwrap();
             solver.interface(&extent, 0.1, &mut own);
             solver.evaluate_own(&time);
             solver.evaluate_cross(&time, &own, &partner);
             solver.advance(&time).unwrap();
         }
-        solver.end_step(&stage_time(step, Stage::Corrector, 5e-5)).unwrap();
+        solver.end_step(&stage_time(step, Stage::Corrector, length)).unwrap();
     }
+}
+
+#[test]
+fn couette_flow_has_the_speed_of_the_solid_at_its_face() {
+    let mut solver = solver(gap());
+    // Five times as long as the slowest departure from the steady profile lives, H²/(π² ν).
+    run_above(&mut solver, &belt(SPEED), 400, 5e-5);
     let mean = |row: usize| {
         let bottom = FACE + row as f64 * SPACING;
         let inside = |i: &usize| (bottom..bottom + SPACING).contains(&solver.state.position[*i].y);
@@ -113,4 +130,44 @@ fn couette_flow_has_the_speed_of_the_solid_at_its_face() {
     let at_face = speeds[2] + 2.5 * fall;
     // By the same sums 0.008 of the change per row; a solid that acts at its first row is off by 0.5.
     assert!((at_face - SPEED).abs() < 0.03 * fall, "{at_face} m/s at the face, {fall} m/s per row");
+}
+
+#[test]
+fn a_solid_at_rest_is_a_wall() {
+    // Flow toward the face and along it, unlike from place to place, that repeats along it.
+    let field = |x: &Vector| {
+        let phase = std::f64::consts::TAU * x.x / (COLUMNS as f64 * SPACING);
+        Vector::new(0.3 + 0.2 * phase.sin(), -(x.y - FACE) * (1.0 + 0.5 * phase.cos()) - 0.05)
+    };
+    for (law, condition) in
+        [(InterfaceLaw::Wall, WallCondition::Slip), (InterfaceLaw::WallNoSlip, WallCondition::NoSlip)]
+    {
+        let mut setup = empty_scene(SPACING);
+        setup.run.domain.upper.x = COLUMNS as f64 * SPACING;
+        setup.run.domain.periodic = [true, false];
+        // All walls and solids know of the water is in pair sums then, which are alike for both.
+        setup.parameters.correction = GradientCorrection::LatticeMoment;
+        setup.parameters.viscosity_form = ViscosityForm::Plain;
+        setup.parameters.viscosity_solid_share = 1.0;
+        add_block(&mut setup, Vector::new(0.0, FACE), COLUMNS, ROWS);
+        for i in 0..setup.particles.id.len() {
+            setup.particles.velocity[i] = field(&setup.particles.position[i]);
+        }
+        let mut above_wall = setup.clone();
+        add_wall(&mut above_wall, condition, FACE, -1.0);
+        couple(&mut setup, law);
+        let [mut above_wall, mut above_solid] = [above_wall, setup].map(solver);
+        run(&mut above_wall, 1, 1e-4);
+        run_above(&mut above_solid, &belt(0.0), 1, 1e-4);
+        let (wall, solid) = (&above_wall.state, &above_solid.state);
+        let mut moved = 0;
+        for i in 0..wall.len() {
+            // Round-off of sums, in one step.
+            assert!((wall.velocity[i] - solid.velocity[i]).norm() < 1e-12, "{law:?} at {}", wall.position[i]);
+            assert!((wall.density[i] - solid.density[i]).abs() < 1e-9, "{law:?} at {}", wall.position[i]);
+            let expected = field(&solid.position[i]);
+            moved += usize::from((solid.velocity[i] - expected).norm() > 1e-6);
+        }
+        assert!(moved > 2 * COLUMNS);
+    }
 }

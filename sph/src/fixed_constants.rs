@@ -3,7 +3,7 @@
 use crate::constants::Constant;
 use crate::coupling::driver::checks;
 use crate::coupling::{audit, fixed_point};
-use crate::interface::fluid_regions;
+use crate::interface::{fluid_regions, pair_law};
 use crate::laws::{acoustic_relaxation, equation_of_state, repulsion};
 use crate::shapes::spatial::faces::{box_rows, layers};
 use crate::shapes::surface::{defects, tree, weld};
@@ -20,6 +20,7 @@ pub fn fixed_constants() -> impl Iterator<Item = &'static Constant> {
         acoustic_relaxation::CONSTANTS,
         setup::CONSTANTS,
         fluid_regions::CONSTANTS,
+        pair_law::CONSTANTS,
         fixed_point::CONSTANTS,
         checks::CONSTANTS,
         audit::CONSTANTS,

@@ -5,7 +5,7 @@
 
 pub(crate) mod fluid_regions;
 mod lists;
-mod pair_law;
+pub(crate) mod pair_law;
 pub mod states;
 
 use crate::coupling::ledger::{InterfaceSums, LedgerVector, axial, lifted};

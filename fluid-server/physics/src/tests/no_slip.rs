@@ -160,14 +160,17 @@ fn a_solid_at_rest_is_a_wall() {
         run(&mut above_wall, 1, 1e-4);
         run_above(&mut above_solid, &belt(0.0), 1, 1e-4);
         let (wall, solid) = (&above_wall.state, &above_solid.state);
-        let mut moved = 0;
+        let (mut turned, mut compressed) = (0.0f64, 0.0f64);
+        let (mut other_velocity, mut other_density) = (0.0f64, 0.0f64);
         for i in 0..wall.len() {
-            // Round-off of sums, in one step.
-            assert!((wall.velocity[i] - solid.velocity[i]).norm() < 1e-12, "{law:?} at {}", wall.position[i]);
-            assert!((wall.density[i] - solid.density[i]).abs() < 1e-9, "{law:?} at {}", wall.position[i]);
-            let expected = field(&solid.position[i]);
-            moved += usize::from((solid.velocity[i] - expected).norm() > 1e-6);
+            turned = turned.max((wall.velocity[i] - field(&wall.position[i])).norm());
+            compressed = compressed.max((wall.density[i] - 1000.0).abs());
+            other_velocity = other_velocity.max((wall.velocity[i] - solid.velocity[i]).norm());
+            other_density = other_density.max((wall.density[i] - solid.density[i]).abs());
         }
-        assert!(moved > 2 * COLUMNS);
+        assert!(turned > 1e-4 && compressed > 0.01, "the face does nothing");
+        // A wall knows its normal, that of the solid follows from where the water lies.
+        assert!(other_velocity < 0.01 * turned, "{law:?}: {other_velocity} of {turned} m/s");
+        assert!(other_density < 0.01 * compressed, "{law:?}: {other_density} of {compressed} kg/m³");
     }
 }

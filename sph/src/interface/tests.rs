@@ -330,8 +330,7 @@ fn a_row_amid_one_water_shows_its_own_velocity() {
     right.position.iter_mut().for_each(|x| x.x += 5.0 * SPACING);
     append(&mut fluid, &right);
     let columns = 3;
-    let first = |k: usize| k % columns == 0;
-    let keep: Vec<usize> = (0..row.len()).filter(|k| first(*k)).collect();
+    let keep: Vec<usize> = (0..row.len()).step_by(columns).collect();
     row = InterfaceStates {
         id: (0..keep.len() as u32).collect(),
         group: vec![0; keep.len()],

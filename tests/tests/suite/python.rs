@@ -73,12 +73,14 @@ fn the_rigid_body_in_python_iterates_as_the_built_in_one() {
     let bench = bench();
     let python = "[servers]\nsolid_command = [\"python3\", \"../solvers/python/rigid_body.py\"]\n\n[fluid]";
     let iterate = ("[fluid]", "[interface]\niterate = { tolerance = 1e-9 }\n\n[fluid]");
-    // As heavy as a quarter of a row of water particles.
+    // As heavy as a quarter of a row of water particles, for which iterations need this scheme.
     let light = ("density_kg_m3 = 600.0", "density_kg_m3 = 20.0");
-    let short = ("end_time_s = 1.0", "end_time_s = 0.05");
-    let case = bench.shipped("floating_body", &[short, light, iterate]);
+    let spacing = "particle_spacing_m = 0.005\n";
+    let scheme = format!("{spacing}scheme = \"predictor-corrector\"\nacoustic_damping = 0.4\n");
+    let changes = [("end_time_s = 1.0", "end_time_s = 0.05"), light, (spacing, &scheme), iterate];
+    let case = bench.shipped("floating_body", &changes);
     let built_in = bench.run(&case, "built-in", &["--in-process"]);
-    let case = bench.shipped("floating_body", &[short, light, iterate, ("[fluid]", python)]);
+    let case = bench.shipped("floating_body", &[&changes[..], &[("[fluid]", python)]].concat());
     let python = bench.run(&case, "python", &[]);
     for summary in [&built_in, &python] {
         assert_eq!(
@@ -127,7 +129,7 @@ fn the_beam_in_python_bends_as_the_particles_of_the_obstacle() {
         peaks.sum::<f64>() / 3.0
     };
     let (particles, beam) = (peak("obstacle"), peak("obstacle_python"));
-    assert!(beam > 2e-3 && beam < 8e-3, "{beam} m: bent, and below a tenth of the length");
+    assert!(beam > 2e-3 && beam < 1e-2, "{beam} m: bent, and below an eighth of the length");
     // An eighth: means of three scatter by 3 %, and three rows of particles bend some percent more easily than the beam.
     // Without the clamp or with the load on the wrong nodes it is another number altogether.
     assert!((beam / particles - 1.0).abs() < 0.125, "beam {beam} m, particles {particles} m");

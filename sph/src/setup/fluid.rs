@@ -74,7 +74,7 @@ parameters! {
         /// do not explain.
         viscosity_form: ViscosityForm = ViscosityForm::Residual, "artificial_viscosity_form",
             Row::choice::<ViscosityForm>().off(Choice("plain")).paper(Choice("plain"))
-                .cost("`plain`, with A at 0.1, takes 4 % off the energy of a rotating patch in half a turn instead of 1.5 %");
+                .cost("`plain`, with A at 0.1, takes 4 % off the energy of a rotating patch in half a turn instead of 1.3 %");
         /// Share of A in pairs with particles of solids \[-\], whose form is always `plain`.
         viscosity_solid_share: f64 = 0.2, "artificial_viscosity_solid_share",
             Row::number(Allowed::SHARE).off(Number(1.0)).of_pair_law().paper(Number(1.0))

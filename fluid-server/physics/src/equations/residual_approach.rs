@@ -33,9 +33,9 @@ impl<R: Real> ResidualApproach<R> {
     /// v_ij·x_ij − s ½ x_ij·(D_i + D_j)·x_ij \[m²/s\], but at least v_ij·x_ij: of `approach` = v_ij·x_ij, the sum of
     /// both rates of `strain` D \[1/s\], x_ij \[m\] and its `square` \[m²\].
     ///
-    /// The share s goes from 0 to 1 between the distances: full viscosity keeps particles apart. Of no sign is the bound from
-    /// above, as the law takes negative values only: with it viscosity takes energy from each pair, and no more than
-    /// the form `plain` with the same A.
+    /// The share s goes from 0 to 1 between the distances: full viscosity keeps particles apart. The law takes negative values
+    /// only, so that viscosity takes energy from each pair; by the bound from below it takes no more than the form `plain`
+    /// with the same A.
     #[inline(always)]
     pub fn of<S: Space>(&self, approach: R, strain: S::Symmetric<R>, x: S::Of<R>, square: R) -> R {
         let Some((per_square, shift)) = self.onset else { return approach };

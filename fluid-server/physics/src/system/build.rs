@@ -159,6 +159,7 @@ fn first_state<S: Space>(model: &FluidModel<S>, particles: FluidParticles<S>, ti
         relaxation,
         volume_excess: vec![0.0; if model.corrects_volume() { id.len() } else { 0 }],
         density_rate: vec![0.0; kept],
+        density_correction: vec![0.0; kept],
         acceleration: vec![S::Vector::zeros(); kept],
         id,
         region,

@@ -24,6 +24,7 @@ impl<S: Space> FluidState<S> {
             density,
             list_origin,
             density_rate,
+            density_correction,
             acceleration,
             relaxation,
             volume_excess,
@@ -45,6 +46,7 @@ impl<S: Space> FluidState<S> {
         last_step.extend([self.largest_acceleration, self.density_age]);
         saved.put_f64("fluid.last_step", last_step);
         saved.put_f64("fluid.density_rate", density_rate.iter().copied());
+        saved.put_f64("fluid.density_correction", density_correction.iter().copied());
         saved.put_quantities("fluid.acceleration", acceleration);
         if !relaxation.is_empty() {
             saved.put_f64("fluid.relaxation", relaxation.iter().copied());
@@ -133,6 +135,7 @@ impl<S: Space> FluidState<S> {
             removed_angular_momentum: S::Spin::of_row(angular_momentum).unwrap_or_default(),
             largest_acceleration,
             density_rate: saved.f64s("fluid.density_rate", Some(kept))?.to_vec(),
+            density_correction: saved.f64s("fluid.density_correction", Some(kept))?.to_vec(),
             acceleration: saved.quantities("fluid.acceleration", kept)?,
             density_age,
             relaxation,

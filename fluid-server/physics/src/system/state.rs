@@ -46,9 +46,13 @@ pub struct FluidState<S: Space> {
     pub largest_acceleration: f64,
     /// Density rate at the start of the last step \[kg/(m³ s)\]; with leapfrog only.
     pub density_rate: Vec<f64>,
+    /// Density rate by diffusion and volume correction in the last step, one half of which the next one applies
+    /// \[kg/(m³ s)\]; with leapfrog only.
+    pub density_correction: Vec<f64>,
     /// Acceleration in the last step \[m/s²\]; with leapfrog only.
     pub acceleration: Vec<S::Vector>,
-    /// Time over which `density_rate` was applied up to the last boundary: half the last step \[s\].
+    /// Time over which `density_rate` and `density_correction` were applied up to the last boundary: half the last step
+    /// \[s\].
     pub density_age: f64,
     /// Pressure q of the acoustic relaxation \[Pa\]; empty without it.
     pub relaxation: Vec<f64>,
@@ -116,6 +120,7 @@ impl<S: Space> FluidState<S> {
             density,
             list_origin,
             density_rate,
+            density_correction,
             acceleration,
             relaxation,
             volume_excess,
@@ -123,7 +128,7 @@ impl<S: Space> FluidState<S> {
         } = self;
         let origin = list_origin.as_ref().map_or(0, |origin| origin.position.capacity());
         4 * (id.capacity() + region.capacity())
-            + 8 * [mass, density, density_rate, relaxation, volume_excess]
+            + 8 * [mass, density, density_rate, density_correction, relaxation, volume_excess]
                 .map(Vec::capacity)
                 .iter()
                 .sum::<usize>()
@@ -156,6 +161,7 @@ impl<S: Space> FluidState<S> {
             density,
             list_origin,
             density_rate,
+            density_correction,
             acceleration,
             relaxation,
             volume_excess,
@@ -166,7 +172,7 @@ impl<S: Space> FluidState<S> {
         for values in [id, region] {
             reorder(values, order, scratch.integers);
         }
-        let own = [mass, density, density_rate, relaxation, volume_excess];
+        let own = [mass, density, density_rate, density_correction, relaxation, volume_excess];
         for values in own.into_iter().chain([&mut base.density, &mut base.relaxation]) {
             reorder(values, order, scratch.numbers);
         }
@@ -260,6 +266,7 @@ impl<S: Space> FluidState<S> {
             velocity: some(&self.velocity, indices),
             density: some(&self.density, indices),
             density_rate: some(&self.density_rate, indices),
+            density_correction: some(&self.density_correction, indices),
             acceleration: some(&self.acceleration, indices),
             relaxation: some(&self.relaxation, indices),
             volume_excess: some(&self.volume_excess, indices),
@@ -283,6 +290,7 @@ impl<S: Space> FluidState<S> {
             (&mut self.mass, &mut others.mass),
             (&mut self.density, &mut others.density),
             (&mut self.density_rate, &mut others.density_rate),
+            (&mut self.density_correction, &mut others.density_correction),
             (&mut self.relaxation, &mut others.relaxation),
             (&mut self.volume_excess, &mut others.volume_excess),
             (&mut base.density, &mut others_base.density),

@@ -30,13 +30,14 @@ use crate::system::tasks::Groups;
 /// stability:
 /// ```text
 /// xⁿ⁺¹ᐟ² = xⁿ + Δt/2 vⁿ
-/// ρⁿ⁺¹ᐟ² = ρⁿ⁻¹ᐟ² + Δt̄ R(xⁿ, vⁿ),  Δt̄ between the middles of the steps
+/// ρⁿ⁺¹ᐟ² = ρⁿ⁻¹ᐟ² + Δt Dⁿ⁻¹ᐟ² + Δt̄ R(xⁿ, vⁿ),  Δt̄ between the middles of the steps
 /// vⁿ⁺¹   = vⁿ + Δt a(xⁿ⁺¹ᐟ², ρⁿ⁺¹ᐟ², vⁿ + Δt/2 aⁿ⁻¹ᐟ²)
 /// xⁿ⁺¹   = xⁿ + Δt/2 (vⁿ + vⁿ⁺¹) + Δt δu
-/// ρⁿ⁺¹   = ρⁿ⁺¹ᐟ² + Δt D + Δt/2 R(xⁿ, vⁿ)
+/// ρⁿ⁺¹   = ρⁿ⁺¹ᐟ² + Δt/2 (Dⁿ⁺¹ᐟ² + R(xⁿ, vⁿ))
 /// ```
 /// q of the acoustic relaxation follows ρ, as [`StageRelaxation`] says. The last line serves outputs and the other sums at
-/// the step boundary: the next step subtracts its part of R again.
+/// the step boundary: the next step subtracts its part of R again and adds the other half of D. In water that D
+/// compresses and R relieves, the density would be too large with all of D.
 pub fn advance<S: FluidSpace>(
     model: &FluidModel<S>,
     state: &mut FluidState<S>,
@@ -71,6 +72,7 @@ pub fn advance<S: FluidSpace>(
         velocity,
         density,
         density_rate,
+        density_correction,
         acceleration,
         relaxation,
         mass,
@@ -98,6 +100,7 @@ pub fn advance<S: FluidSpace>(
     let slices = StageSlices {
         motion: MotionSlices { position, velocity, density, relaxation },
         density_rate,
+        density_correction,
         acceleration,
         base: MotionSlices {
             position: &mut base.position,

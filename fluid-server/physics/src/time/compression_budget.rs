@@ -38,10 +38,11 @@ pub struct DensityChange<L> {
 }
 
 impl<L: Lanes> DensityChange<L> {
-    /// By continuity alone.
+    /// In the predictor of leapfrog: by continuity, and by the half of diffusion and volume correction of the step
+    /// before that acts after its end, see [`super::lane_rates::LaneRates::change_to_boundary`].
     #[inline(always)]
-    pub fn by_continuity(continuity: L) -> Self {
-        Self { continuity, diffusion: L::zero(), volume: L::zero() }
+    pub fn after_boundary(continuity: L, correction: L) -> Self {
+        Self { continuity, diffusion: correction, volume: L::zero() }
     }
 }
 

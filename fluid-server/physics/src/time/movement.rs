@@ -37,6 +37,8 @@ pub struct StageSlices<'a, S: FluidSpace> {
     pub motion: MotionSlices<'a, S>,
     /// Density rate that the state keeps, with leapfrog \[kg/(m³ s)\].
     pub density_rate: &'a mut [f64],
+    /// Density rate by diffusion and volume correction that the state keeps, with leapfrog \[kg/(m³ s)\].
+    pub density_correction: &'a mut [f64],
     /// Acceleration that the state keeps, with leapfrog \[m/s²\].
     pub acceleration: &'a mut [S::Vector],
     /// The state at the start of the step, without leapfrog.
@@ -49,7 +51,16 @@ pub struct StageSlices<'a, S: FluidSpace> {
     pub findings: PerTask<'a, ScanFindings>,
 }
 
-split_by_field!(StageSlices<S> { motion, density_rate, acceleration, base, fluid, budget, findings });
+split_by_field!(StageSlices<S> {
+    motion,
+    density_rate,
+    density_correction,
+    acceleration,
+    base,
+    fluid,
+    budget,
+    findings
+});
 
 /// The particles of one group.
 ///
@@ -71,8 +82,15 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { step, scan, first, slices } = self;
-        let StageSlices { mut motion, density_rate, acceleration, base: mut start_of_step, fluid, .. } =
-            slices;
+        let StageSlices {
+            mut motion,
+            density_rate,
+            density_correction,
+            acceleration,
+            base: mut start_of_step,
+            fluid,
+            ..
+        } = slices;
         let count = fluid.len();
         // Lanes beyond the last particle repeat it.
         let all = first..first + count;
@@ -112,7 +130,9 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                 }
                 StagePart::Density => {
                     let (before, kept) = (numbers(density_rate, k), rates.density);
-                    let end = step.density(&rates, &start, before);
+                    let correction = numbers::<L>(density_correction, k) * L::splat(step.density_age);
+                    let by_continuity = step.predicted_change(kept, before);
+                    let end = step.density(&start, by_continuity + correction);
                     if let Some(law) = &relaxation {
                         let q_0 = numbers(motion.relaxation, k);
                         compression.relaxes(law.lost(
@@ -126,7 +146,7 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                     put(density_rate, k, kept.to_array());
                     let acceleration = vectors::<S, L>(acceleration, k);
                     extrapolated = Some(add::<S, L>(end.v, acceleration, L::splat(step.half)));
-                    let change = DensityChange::by_continuity(step.predicted_change(kept, before));
+                    let change = DensityChange::after_boundary(by_continuity, correction);
                     (end, (start.rho, scan.pressures(start.rho)), change)
                 }
                 StagePart::Momentum => {
@@ -136,6 +156,7 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                     let path = Path { base: &start, stage: start.x, end: &end };
                     step.account_for(&particles, &rates, &path, &mut budget);
                     put(acceleration, k, rates.own_acceleration);
+                    put(density_correction, k, rates.density.to_array());
                     let (rate, mut pressure) = (numbers(density_rate, k), particles.pressure);
                     if let Some(law) = &relaxation {
                         let q_0 = numbers(motion.relaxation, k);
@@ -144,8 +165,7 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                         // Pair sums have read the pressure with it.
                         pressure = pressure - q_0;
                     }
-                    let change = rates.change(rate * L::splat(step.half), rates.density, step.duration);
-                    (end, (start.rho, pressure), change)
+                    (end, (start.rho, pressure), rates.change_to_boundary(rate, step.half))
                 }
             };
             // Moves at known velocities are known beforehand.
@@ -276,15 +296,14 @@ impl<S: Space> Step<'_, S> {
         }
     }
 
-    /// The predictor of leapfrog; `before` is the density rate at the start of the step before.
+    /// The predictor of leapfrog, with its change of the density \[kg/m³\].
     #[inline(always)]
-    fn density<L: Lanes>(&self, rates: &LaneRates<S, L>, start: &Motion<S, L>, before: L) -> Motion<S, L> {
-        let since = self.predicted_change(rates.density, before);
-        Motion { x: add::<S, L>(start.x, start.v, L::splat(self.half)), v: start.v, rho: start.rho + since }
+    fn density<L: Lanes>(&self, start: &Motion<S, L>, change: L) -> Motion<S, L> {
+        Motion { x: add::<S, L>(start.x, start.v, L::splat(self.half)), v: start.v, rho: start.rho + change }
     }
 
-    /// Change of the density in the predictor of leapfrog \[kg/m³\] at a density `rate`, that at the start of the step
-    /// before having been `before`.
+    /// Change of the density by continuity in the predictor of leapfrog \[kg/m³\] at a density `rate`, that at the start
+    /// of the step before having been `before`.
     #[inline(always)]
     fn predicted_change<L: Lanes>(&self, rate: L, before: L) -> L {
         L::splat(self.density_age) * (rate - before) + L::splat(self.half) * rate
@@ -301,11 +320,7 @@ impl<S: Space> Step<'_, S> {
         let (half, duration) = (L::splat(self.half), L::splat(self.duration));
         let v = add::<S, L>(start.v, rates.acceleration, duration);
         let by = add::<S, L>(S::scaled(v, half), rates.shift, duration);
-        Motion {
-            x: S::plus(start.x, by),
-            v,
-            rho: start.rho + (rates.density * duration + density_rate * half),
-        }
+        Motion { x: S::plus(start.x, by), v, rho: start.rho + (rates.density + density_rate) * half }
     }
 
     /// Accounts for what happened to particles on their `path`.

@@ -52,6 +52,10 @@ ENTRIES = [
         field="speed",
     ),
     Entry(
+        "ramp", FREE, "A ramp from a drawing", "docs/gallery/cases/ramp.toml",
+        "An outline comes from a DXF drawing, here an arc and two lines on a layer of their own.", time=0.5, field="speed",
+    ),
+    Entry(
         "sloshing", FREE, "Sloshing at resonance", f"{V}/hard_sloshing.toml",
         "A body force may depend on time: shaking the frame shakes the tank.", {"time.end_time_s": 4.0}, time=3.8,
         field="speed", interval=0.1,

@@ -121,6 +121,30 @@ class ShapePolygon(TypedDict):
     vertices_m: NotRequired[list[list[float]]]
 
 
+class ShapeOutline(TypedDict):
+    """what closed lines of a drawing enclose, less what lines within them enclose, in the plane"""
+
+    # turn about the origin of the drawing, counterclockwise.  Unit: rad. Default: 0. Range: a finite number.
+    angle_rad: NotRequired[float]
+    # displacement after the turn.  Unit: m. Default: 0 along each axis. Range: a finite number for each axis.
+    by_m: NotRequired[list[float]]
+    # DXF file in words (ASCII); lines, arcs, circles, ellipses, splines and polylines of the model are read, notes
+    # and dimensions are not.  Unit: -. Default: must be written. Range: the path of a DXF file, from the folder of
+    # the case.
+    file: str
+    # the layer that has the lines.  Unit: -. Default: all layers. Range: a name.
+    layer: NotRequired[str]
+    # largest distance of a curve from the chords that replace it, and of ends that are joined.  Unit: m. Default:
+    # 1e-4 of the longer side of the drawing. Range: a number above 0.
+    tolerance_m: NotRequired[float]
+    # kind of the shape: outline, what closed lines of a drawing enclose, less what lines within them enclose, in the
+    # plane
+    type: Literal['outline']
+    # unit of length of the file.  - `m`: metre - `dm`: 0.1 m - `cm`: 0.01 m - `mm`: 0.001 m - `in`: 0.0254 m - `ft`:
+    # 0.3048 m  Unit: -. Default: must be written. Range: "m", "dm", "cm", "mm", "in", "ft".
+    unit: Literal['m', 'dm', 'cm', 'mm', 'in', 'ft']
+
+
 class ShapeBox(TypedDict):
     """a box along the axes, in space"""
 
@@ -302,6 +326,7 @@ Shape: TypeAlias = """
     | ShapeCircle
     | ShapeRing
     | ShapePolygon
+    | ShapeOutline
     | ShapeBox
     | ShapeSphere
     | ShapeCylinder

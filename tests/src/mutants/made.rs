@@ -300,6 +300,10 @@ fn files(folder: &Path, add: Add<'_>) {
             &format!("a polygon from {file}"),
             with_shape(&format!("{{ type = \"polygon\", file = \"{file}\" }}")),
         );
+        add(
+            &format!("an outline from {file}"),
+            with_shape(&format!("{{ type = \"outline\", file = \"{file}\", unit = \"m\" }}")),
+        );
     }
     let shape = format!("{{ type = \"polygon\", file = \"{}\" }}", path("corners.csv"));
     let many: String =

@@ -1,5 +1,6 @@
 //! Shapes as a case file writes them.
 
+mod outline;
 mod spatial;
 mod surface;
 mod table;
@@ -109,17 +110,19 @@ enum Kind {
     Circle,
     Ring,
     Polygon,
+    Outline,
     Spatial(SpatialKind),
     Union,
     Difference,
 }
 
 /// Words of the shapes of the plane.
-const PLANE_KINDS: [(&str, Kind); 6] = [
+const PLANE_KINDS: [(&str, Kind); 7] = [
     ("rectangle", Kind::Rectangle),
     ("circle", Kind::Circle),
     ("ring", Kind::Ring),
     ("polygon", Kind::Polygon),
+    ("outline", Kind::Outline),
     ("union", Kind::Union),
     ("difference", Kind::Difference),
 ];
@@ -202,6 +205,7 @@ impl ShapeTable {
                 outer_radius_m: table.number("outer_radius_m").value,
             },
             Kind::Polygon => Self::Polygon { vertices_m: read_polygon(table)? },
+            Kind::Outline => outline::read(table)?,
             Kind::Spatial(kind) => spatial::read(kind, table, depth)?,
             Kind::Union => Self::Union { parts: Self::read_parts(table, "parts", depth) },
             Kind::Difference => {

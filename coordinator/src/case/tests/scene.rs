@@ -276,6 +276,36 @@ fn a_polygon_may_come_from_a_file_and_the_resolved_case_needs_it_no_longer() {
 }
 
 #[test]
+fn an_outline_of_a_drawing_becomes_a_polygon_of_the_resolved_case() {
+    let folder = tempfile::tempdir().unwrap();
+    let corners = [(0, 0), (60, 0), (60, 60), (0, 60)].map(|(x, y)| format!("10\n{x}\n20\n{y}\n")).concat();
+    let polyline = format!("0\nLWPOLYLINE\n8\nBLOCK\n90\n4\n70\n1\n{corners}");
+    let drawing = |entities: &str| format!("0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n0\nEOF\n");
+    let path = folder.path().join("block.dxf");
+    std::fs::write(&path, drawing(&polyline)).unwrap();
+    let text = |layer: &str| {
+        let outline = format!(
+            "{{ type = \"outline\", file = \"block.dxf\", unit = \"mm\", layer = \"{layer}\", by_m = [0.05, 0.15] }}"
+        );
+        let drawn = "{ type = \"rectangle\", lower_m = [0.05, 0.15], upper_m = [0.11, 0.21] }";
+        tank_with(&[(drawn, outline.as_str())])
+    };
+    let read = |layer: &str| parse(&text(layer), "case.toml", folder.path(), &|_| Err(String::new()));
+    let case = read("block").unwrap();
+    let (drawn, tank) =
+        (case.solid_setup().unwrap().plane().unwrap(), good(TANK).solid_setup().unwrap().plane().unwrap());
+    assert_eq!(drawn.particles.id, tank.particles.id);
+    let pairs = drawn.particles.reference_position.iter().zip(&tank.particles.reference_position);
+    assert!(pairs.into_iter().all(|(a, b)| (a - b).norm() < 1e-12));
+    assert_eq!(good(&case.resolved_toml()).solid_setup(), case.solid_setup());
+    let missing = read("hull").unwrap_err().to_string();
+    assert!(missing.contains("has no lines on the layer `hull`; it has BLOCK"), "{missing}");
+    std::fs::write(&path, drawing(&polyline.replace("70\n1\n", "70\n0\n"))).unwrap();
+    let open = read("block").unwrap_err().to_string();
+    assert!(open.contains("block.dxf: is open at (0, 0)") && open.contains("closed lines"), "{open}");
+}
+
+#[test]
 fn bodies_state_whether_they_separate_fluid_regions() {
     let separation = |upper: &str| {
         let upper = format!("lower_m = [0.05, 0.15], upper_m = [{upper}, 0.21]");

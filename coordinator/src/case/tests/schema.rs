@@ -91,7 +91,9 @@ const PLANE: [(&str, &str); 2] = [
     ("[fluid]", "[interface]\nrepulsion = 1\n[fluid]"),
     (
         "{ type = \"rectangle\", lower_m = [0.05, 0.15], upper_m = [0.11, 0.21] }",
-        "{ type = \"polygon\", file = \"a.csv\" }",
+        "{ type = \"union\", parts = [{ type = \"polygon\", file = \"a.csv\" }, \
+         { type = \"outline\", file = \"a.dxf\", unit = \"mm\", layer = \"0\", tolerance_m = 1e-5, angle_rad = 0, \
+         by_m = [0, 0] }] }",
     ),
 ];
 

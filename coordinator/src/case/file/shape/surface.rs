@@ -18,7 +18,7 @@ const FACET_STEPS: f64 = 10_000.0;
 const FACET_BYTES: u64 = 50;
 
 /// Units of length of a file \[m\].
-const UNITS: [(&str, f64); 6] =
+pub(super) const UNITS: [(&str, f64); 6] =
     [("m", 1.0), ("dm", 0.1), ("cm", 0.01), ("mm", 0.001), ("in", 0.0254), ("ft", 0.3048)];
 
 /// What to do with a surface that is not sound.

@@ -6,6 +6,19 @@ use crate::case::spec::{KeySpec, Kind, TableSpec, Variant, Variants, key};
 const CENTRE: KeySpec = key("centre_m", Kind::Vector, "centre");
 const ORIGIN: KeySpec = key("origin_m", Kind::Vector, "origin of the section's coordinates");
 
+const UNIT: KeySpec = key(
+    "unit",
+    Kind::Word(&[
+        ("m", "metre"),
+        ("dm", "0.1 m"),
+        ("cm", "0.01 m"),
+        ("mm", "0.001 m"),
+        ("in", "0.0254 m"),
+        ("ft", "0.3048 m"),
+    ]),
+    "unit of length of the file",
+);
+
 /// The shapes that are combined. A constant cannot name the table in which it stands.
 const fn parts(inner: &'static TableSpec) -> KeySpec {
     key("parts", Kind::Tables(inner), "the shapes, at least one")
@@ -51,6 +64,28 @@ pub static SHAPE: TableSpec =
                 ),
             ])
             .either(&[&["vertices_m"], &["file"]]),
+            Variant::new(
+                "outline",
+                "what closed lines of a drawing enclose, less what lines within them enclose, in the plane",
+                &[
+                    key(
+                        "file",
+                        Kind::Text("the path of a DXF file, from the folder of the case"),
+                        "DXF file in words (ASCII); lines, arcs, circles, ellipses, splines and polylines of the model are \
+                         read, notes and dimensions are not",
+                    ),
+                    UNIT,
+                    key("layer", Kind::Text("a name"), "the layer that has the lines").or_else("all layers"),
+                    length(
+                        "tolerance_m",
+                        "largest distance of a curve from the chords that replace it, and of ends that are joined",
+                    )
+                    .or_else("1e-4 of the longer side of the drawing"),
+                    key("angle_rad", Kind::Number(Allowed::FINITE), "turn about the origin of the drawing, counterclockwise")
+                        .or(0.0),
+                    key("by_m", Kind::Vector, "displacement after the turn").or_else("0 along each axis"),
+                ],
+            ),
             Variant::new("box", "a box along the axes, in space", &[
                 key("lower_m", Kind::Vector, "corner toward lower coordinates"),
                 key("upper_m", Kind::Vector, "corner toward higher coordinates"),
@@ -110,18 +145,7 @@ pub static SHAPE: TableSpec =
                     Kind::Text("the path of an STL file, from the folder of the case"),
                     "STL file, in words or binary",
                 ),
-                key(
-                    "unit",
-                    Kind::Word(&[
-                        ("m", "metre"),
-                        ("dm", "0.1 m"),
-                        ("cm", "0.01 m"),
-                        ("mm", "0.001 m"),
-                        ("in", "0.0254 m"),
-                        ("ft", "0.3048 m"),
-                    ]),
-                    "unit of length of the file",
-                ),
+                UNIT,
                 key(
                     "defects",
                     Kind::Word(&[

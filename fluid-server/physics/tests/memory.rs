@@ -72,7 +72,7 @@ fn outputs_take_no_second_workspace() {
 #[test]
 fn a_particle_takes_little_memory() {
     for settings in [scene::LEAN, scene::RECOMMENDED] {
-        check_memory::<Plane>(settings, 90_000, 550.0);
+        check_memory::<Plane>(settings, 90_000, 555.0);
     }
     check_memory::<Spatial>(scene::LEAN, 64_000, 740.0);
     check_memory::<Spatial>(scene::DEFAULT, 64_000, 1030.0);

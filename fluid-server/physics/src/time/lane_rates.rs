@@ -48,8 +48,8 @@ impl<S: Space, L: Lanes> LaneRates<S, L> {
     /// Change of density in the corrector of leapfrog, of `half` a step \[s\], at a density `rate` of continuity
     /// \[kg/(m³ s)\].
     ///
-    /// The half of diffusion and volume correction that acts after the boundary is not told apart there: the volume
-    /// correction is charged for the whole step here, which diffusion makes up for.
+    /// The half of diffusion and volume correction that acts after the boundary is kept as one number. The volume
+    /// correction is therefore charged for the whole step here, and diffusion makes up for it there.
     #[inline(always)]
     pub fn change_to_boundary(&self, rate: L, half: f64) -> DensityChange<L> {
         let half = L::splat(half);

@@ -21,7 +21,7 @@ impl Case for Jet {
     }
 
     fn members(&self) -> Vec<Member> {
-        vec![Member::new("jet", 0.01), Member::new("jet", 0.005), Member::new("jet", 0.0025)]
+        vec![Member::new("jet", 0.01).quick(), Member::new("jet", 0.005), Member::new("jet", 0.0025)]
     }
 
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {

@@ -83,7 +83,7 @@ impl Curve {
 
     fn turning(centre: Point, a: Point, b: Point, from: f64, to: f64) -> Self {
         let turn = (to - from).rem_euclid(TAU);
-        let whole = turn < 1e-9 || turn > TAU - 1e-9;
+        let whole = turn.min(TAU - turn) < 1e-9;
         let to = from + if whole { TAU } else { turn };
         Self { pieces: vec![Piece::Ellipse { centre, a, b, from, to }], closed: whole }
     }
@@ -152,11 +152,9 @@ impl Curve {
     /// Corners of a box around it.
     pub fn bounds(&self) -> (Point, Point) {
         let mut bounds = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        let mut take = |point: Point| {
-            for axis in 0..2 {
-                bounds.0[axis] = bounds.0[axis].min(point[axis]);
-                bounds.1[axis] = bounds.1[axis].max(point[axis]);
-            }
+        let mut take = |[x, y]: Point| {
+            let (low, high) = bounds;
+            bounds = ([low[0].min(x), low[1].min(y)], [high[0].max(x), high[1].max(y)]);
         };
         for piece in &self.pieces {
             match piece {

@@ -20,8 +20,8 @@ use curves::{Curve, Point};
 use dxf::Entity;
 use loops::{Loop, Piece};
 
-/// Largest drawing that is read \[bytes\].
-const LARGEST_DRAWING: u64 = 64 << 20;
+/// Largest drawing that is read \[bytes\]; its pairs take eight times as much memory.
+const LARGEST_DRAWING: u64 = 16 << 20;
 
 /// Steps of work for each byte of a drawing, each about a nanosecond.
 const BYTE_STEPS: f64 = 20.0;

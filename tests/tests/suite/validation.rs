@@ -53,6 +53,11 @@ fn a_full_tank_that_turns_keeps_its_pressure_and_blocks_meet_without_ringing() {
 }
 
 #[test]
+fn the_force_on_a_wall_is_the_momentum_that_a_jet_brings() {
+    meets_its_goals("jet", 3);
+}
+
+#[test]
 fn beams_and_bars_swing_and_bend_as_they_should() {
     let cases = [
         ("cantilever", 2),

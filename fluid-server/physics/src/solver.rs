@@ -137,7 +137,7 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
 
     fn limiting_particle(&self) -> Option<(u32, Vec<f64>)> {
         let Self { model, state, workspace, .. } = self;
-        // Accelerations stay with leapfrog alone; elsewhere speeds decide. Pair sums read extrapolated velocities.
+        // Accelerations stay with leapfrog alone; elsewhere speeds decide. Pair sums may read extrapolated velocities.
         let limit = |i: usize| {
             let acceleration = state.acceleration.get(i).map_or(0.0, S::Vector::norm);
             let packed = workspace.fluid.get(i).filter(|_| workspace.current);

@@ -213,6 +213,14 @@ impl<S: Space> FluidModel<S> {
         self.scheme == FluidScheme::Leapfrog
     }
 
+    /// Whether the corrector of leapfrog reads velocities that are extrapolated to the middle of the step.
+    ///
+    /// Physical viscosity needs them for second order. Explicit damping of a rate λ lowers the highest stable frequency, from
+    /// 2/Δt to 2 √(1 − λΔt)/Δt with them and 2 √(1 − λΔt/2)/Δt without, and particles at a surface come near it.
+    pub fn extrapolates_velocities(&self) -> bool {
+        self.is_leapfrog() && !matches!(self.viscosity, Viscosity::Inviscid)
+    }
+
     /// Rate k of the linear damping at `time` \[1/s\].
     pub fn damping_rate(&self, time: f64) -> f64 {
         self.damping.filter(|damping| time < damping.until).map_or(0.0, |damping| damping.rate)

@@ -31,7 +31,7 @@ use crate::system::tasks::Groups;
 /// ```text
 /// xⁿ⁺¹ᐟ² = xⁿ + Δt/2 vⁿ
 /// ρⁿ⁺¹ᐟ² = ρⁿ⁻¹ᐟ² + Δt Dⁿ⁻¹ᐟ² + Δt̄ R(xⁿ, vⁿ),  Δt̄ between the middles of the steps
-/// vⁿ⁺¹   = vⁿ + Δt a(xⁿ⁺¹ᐟ², ρⁿ⁺¹ᐟ², vⁿ + Δt/2 aⁿ⁻¹ᐟ²)
+/// vⁿ⁺¹   = vⁿ + Δt a(xⁿ⁺¹ᐟ², ρⁿ⁺¹ᐟ², vⁿ),  with physical viscosity vⁿ + Δt/2 aⁿ⁻¹ᐟ² in place of vⁿ
 /// xⁿ⁺¹   = xⁿ + Δt/2 (vⁿ + vⁿ⁺¹) + Δt δu
 /// ρⁿ⁺¹   = ρⁿ⁺¹ᐟ² + Δt/2 (Dⁿ⁺¹ᐟ² + R(xⁿ, vⁿ))
 /// ```
@@ -85,6 +85,7 @@ pub fn advance<S: FluidSpace>(
         duration: time.duration(),
         half: 0.5 * time.time_step,
         density_age: state.density_age,
+        extrapolates: model.extrapolates_velocities(),
         damping: model.damping_rate(time.state_time()),
         inverse_h: 1.0 / model.constants.smoothing_length(),
         gravity: model.falling,

@@ -144,8 +144,10 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                         q = Some(law.predicted(q_0, kept, before));
                     }
                     put(density_rate, k, kept.to_array());
-                    let acceleration = vectors::<S, L>(acceleration, k);
-                    extrapolated = Some(add::<S, L>(end.v, acceleration, L::splat(step.half)));
+                    if step.extrapolates {
+                        let acceleration = vectors::<S, L>(acceleration, k);
+                        extrapolated = Some(add::<S, L>(end.v, acceleration, L::splat(step.half)));
+                    }
                     let change = DensityChange::after_boundary(by_continuity, correction);
                     (end, (start.rho, scan.pressures(start.rho)), change)
                 }
@@ -250,6 +252,8 @@ pub struct Step<'a, S: Space> {
     pub half: f64,
     /// See [`crate::system::state::FluidState::density_age`] \[s\].
     pub density_age: f64,
+    /// Whether the corrector reads velocities that are extrapolated, with leapfrog.
+    pub extrapolates: bool,
     /// Rate by which velocities are damped \[1/s\].
     pub damping: f64,
     /// 1/h \[1/m\].

@@ -164,9 +164,10 @@ impl<S: FluidSpace> Workspace<S> {
 
     /// Packs every particle for the pair sums and checks it.
     ///
-    /// The corrector of leapfrog extrapolates velocities to the middle of the step, vⁿ + Δt/2 aⁿ⁻¹ᐟ².
+    /// With physical viscosity the corrector of leapfrog extrapolates velocities to the middle of the step, vⁿ + Δt/2 aⁿ⁻¹ᐟ².
     fn pack(&mut self, model: &FluidModel<S>, state: &FluidState<S>, time_step: f64) {
-        let ahead = (self.part == StagePart::Momentum).then_some(0.5 * time_step);
+        let extrapolates = self.part == StagePart::Momentum && model.extrapolates_velocities();
+        let ahead = extrapolates.then_some(0.5 * time_step);
         let Self { fluid, lists, findings_by_task, .. } = self;
         fluid.resize(lists.placement().places(state.len()), S::Particle::default());
         let scan = &StateScan::new(model, state.list_origin.as_ref());

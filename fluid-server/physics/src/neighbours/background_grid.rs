@@ -16,10 +16,6 @@ use sph::tasks::join;
 /// Nodes along each axis on which a particle has a weight: those of a row fill the lanes.
 const STENCIL: usize = WIDTH;
 
-/// Cells without fluid, next to those with fluid, whose nodes are kept: two hold all that has a weight on nodes on which
-/// fluid has one.
-const RINGS: usize = 2;
-
 /// By how much the nodes move along the first axis from one period to the next, in spacings of theirs.
 const STEP: f64 = 0.01;
 
@@ -63,7 +59,8 @@ struct Axis {
     /// Lower end of the first cell in `shifts` \[m\].
     lower: f64,
     inverse_edge: f64,
-    /// Index of a kept node, less the number of the node, for each cell; `None` where no fluid is near.
+    /// Index of a kept node, less the number of the node, for each cell; `None` where no fluid is near. What has a weight
+    /// on nodes on which fluid has one is near.
     shifts: Vec<Option<i64>>,
     /// Number of kept nodes.
     count: usize,
@@ -108,8 +105,9 @@ impl BackgroundGrid {
             let placed = if domain.periodic[axis] {
                 Axis::periodic(origin, domain.upper[axis] - domain.lower[axis], spacing, stride)
             } else {
-                let (occupied, lower) = (occupied(cells, axis), cells.lower()[axis]);
-                Axis::open(&occupied, [origin, lower], cells.edge(axis), spacing, stride)
+                let (occupied, lower, edge) = (occupied(cells, axis), cells.lower()[axis], cells.edge(axis));
+                let rings = ((STENCIL as f64 * spacing + farthest) / edge).ceil() as usize;
+                Axis::open(&occupied, rings, [origin, lower], edge, spacing, stride)
             };
             stride *= placed.count;
             self.node_volume /= placed.inverse_spacing;
@@ -247,21 +245,29 @@ impl Axis {
         }
     }
 
-    /// Nodes near the `occupied` cells of `edge` \[m\], the first of which begins at `lower` \[m\].
-    fn open(occupied: &[bool], [origin, lower]: [f64; 2], edge: f64, spacing: f64, stride: usize) -> Self {
+    /// Nodes of the `occupied` cells of `edge` \[m\], the first of which begins at `lower` \[m\], and of `rings` more to
+    /// either side.
+    fn open(
+        occupied: &[bool],
+        rings: usize,
+        [origin, lower]: [f64; 2],
+        edge: f64,
+        spacing: f64,
+        stride: usize,
+    ) -> Self {
         let mut axis = Self {
             origin,
             inverse_spacing: 1.0 / spacing,
-            lower: lower - RINGS as f64 * edge,
+            lower: lower - rings as f64 * edge,
             inverse_edge: 1.0 / edge,
-            shifts: vec![None; occupied.len() + 2 * RINGS],
+            shifts: vec![None; occupied.len() + 2 * rings],
             count: 0,
             stride,
             period: None,
         };
-        // Cell `cell` has the entry `cell + RINGS`.
+        // Cell `cell` has the entry `cell + rings`.
         let is_near = |entry: usize| {
-            occupied[entry.saturating_sub(2 * RINGS)..occupied.len().min(entry + 1)].contains(&true)
+            occupied[entry.saturating_sub(2 * rings)..occupied.len().min(entry + 1)].contains(&true)
         };
         let mut entry = 0;
         while entry < axis.shifts.len() {
@@ -305,7 +311,8 @@ fn floor(x: f64) -> i64 {
     if toward_zero as f64 > x { toward_zero - 1 } else { toward_zero }
 }
 
-/// Whether there are particles at each place of `cells` along `axis`.
+/// Whether there are particles at each place of `cells` along `axis`; the last, which may be up to twice as long, counts as
+/// two.
 fn occupied<S: Space>(cells: &CellGrid<S>, axis: usize) -> Vec<bool> {
     let counts = cells.counts();
     let before = (0..axis).map(|axis| counts[axis]).product::<usize>();
@@ -314,6 +321,7 @@ fn occupied<S: Space>(cells: &CellGrid<S>, axis: usize) -> Vec<bool> {
     for cell in 0..all {
         occupied[cell / before % counts[axis]] |= !cells.of_cell(cell).is_empty();
     }
+    occupied.extend_from_within(counts[axis] - 1..);
     occupied
 }
 

@@ -138,3 +138,31 @@ fn a_stray_particle_costs_no_memory() {
     assert!(sorted.iter().all(|x| (read(&grid, *x, &ones) - 1.0).abs() < 1e-14));
     assert_eq!(read(&grid, Vector::new(20.0, 0.2), &ones), 0.0);
 }
+
+#[test]
+fn what_has_a_weight_on_nodes_of_the_fluid_counts_wherever_it_lies() {
+    // Boxes whose last cells are from once to twice as long as the others.
+    for length in [0.26, 0.27, 0.28] {
+        let size = Vector::new(length, 0.2);
+        let domain = Domain { lower: Vector::zeros(), upper: size, periodic: [false, false] };
+        let (cells, mut positions) = sorted(&domain, &scattered(900, Vector::zeros(), size));
+        let grid = grid(&domain, &cells);
+        // After the farthest moves, in all directions.
+        for (k, x) in positions.iter_mut().enumerate() {
+            let angle = k as f64;
+            *x += Vector::new(angle.cos(), angle.sin()) * 0.0049;
+        }
+        let mut fluid = vec![0.0; grid.len()];
+        spread(&grid, &positions, 0..positions.len(), &mut fluid, 0);
+        // Others on a lattice all around, each of which has the weight one on all nodes together.
+        let others: Vec<_> = (-100..200)
+            .flat_map(|i| (-100..200).map(move |j| Vector::new(f64::from(i), f64::from(j)) * 0.0026))
+            .collect();
+        let mut all = vec![0.0; grid.len()];
+        grid.spread::<Plane>(Arithmetic::best(), others.iter().map(|x| (*x, 1.0)), &mut all, 0);
+        // Five to a spacing along each axis.
+        let complete = |(fluid, all): (&f64, &f64)| *fluid == 0.0 || (all / 25.0 - 1.0).abs() < 1e-12;
+        let missing = fluid.iter().zip(&all).filter(|(fluid, all)| !complete((fluid, all))).count();
+        assert_eq!(missing, 0, "{length}");
+    }
+}

@@ -74,7 +74,7 @@ impl Verdict {
                     reasons.push(format!("the estimated error is {error:.2e} at a value of 0"));
                 }
                 (Some(error), Some(value)) if reasons.is_empty() => {
-                    reasons.push(format!("the estimated error is {:.0} %", 100.0 * error / value.abs()));
+                    reasons.push(format!("the estimated error is {:.1} %", 100.0 * error / value.abs()));
                 }
                 _ => {}
             }
@@ -170,7 +170,7 @@ mod tests {
         assert!(verdict.converged && verdict.reason.is_empty());
         let strict = Verdict::of(&result([26.0, 14.0, 11.0], Some(11.5)), 0.1);
         assert!(!strict.converged);
-        assert_eq!(strict.reason, "the estimated error is 16 %");
+        assert_eq!(strict.reason, "the estimated error is 15.8 %");
     }
 
     #[test]

@@ -19,9 +19,12 @@ const STENCIL: usize = WIDTH;
 /// By how much the nodes move along the first axis from one period to the next, in spacings of theirs.
 const STEP: f64 = 0.01;
 
-/// Nodes beyond the kept cells and beyond the box along a periodic axis: those of a stencil, one for particles that have
-/// left the box since the lists were built, and one by which the nodes may have moved.
+/// Nodes beyond the box along a periodic axis: those of a stencil, one for particles that have left the box since the lists
+/// were built, and one by which the nodes may have moved.
 const MARGIN: usize = STENCIL + 1;
+
+/// Nodes beyond the kept cells: those of a stencil to one side, and one by which the nodes may have moved.
+const OPEN_MARGIN: i64 = STENCIL as i64 / 2 + 1;
 
 /// The nodes.
 #[derive(Clone, Debug, Default)]
@@ -273,8 +276,8 @@ impl Axis {
         while entry < axis.shifts.len() {
             let end = (entry..axis.shifts.len()).find(|entry| !is_near(*entry)).unwrap_or(axis.shifts.len());
             if end > entry {
-                let first = axis.node(axis.lower + edge * entry as f64) - MARGIN as i64;
-                let last = axis.node(axis.lower + edge * end as f64) + MARGIN as i64;
+                let first = axis.node(axis.lower + edge * entry as f64) - OPEN_MARGIN;
+                let last = axis.node(axis.lower + edge * end as f64) + OPEN_MARGIN;
                 axis.shifts[entry..end].fill(Some(axis.count as i64 - first));
                 axis.count += (last - first + 1) as usize;
             }

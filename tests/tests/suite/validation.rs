@@ -86,6 +86,11 @@ fn bodies_slide_rest_and_fold_without_overlap() {
 }
 
 #[test]
+fn water_rests_in_a_spherical_tank() {
+    meets_its_goals("still_water_sphere", 2);
+}
+
+#[test]
 fn a_thin_plate_separates_two_fluid_regions() {
     meets_its_goals("thin_plate", 11);
 }

@@ -43,11 +43,11 @@ pub struct Cloud<S: Space> {
 /// What the positions of the water say of its volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Filling {
-    /// How much more volume the densities claim than there is, over the volume of the water \[-\]; `None` when too little
+    /// How much more volume the densities claim than there is for the water, over the latter \[-\]; `None` when too little
     /// of the water is inside.
     ///
     /// ```text
-    /// Σ_n (σ_n − 1) / Σ_n φ_n,   σ_n = Σ_j V_j w_nj / V_n,   φ_n the same over the water
+    /// Σ_n (σ_n − 1) / Σ_n (φ_n − σ_n + 1),   σ_n = Σ_j V_j w_nj / V_n,   φ_n the same over the water
     /// ```
     /// V_j is m/ρ of water, Δx² of walls, m/ρ of solids, w_nj the weight of a particle on a node, V_n the volume of its
     /// cell. Nodes count on which no particle at a surface has a weight, and the water has some beside walls and solids. In
@@ -105,7 +105,7 @@ impl<S: Space> Cloud<S> {
                 (excess, inside) = (excess + all - 1.0, inside + fluid);
             }
         }
-        (inside > 0.0 && inside >= LEAST_SURROUNDED * whole).then(|| excess / inside)
+        (inside > excess.max(0.0) && inside >= LEAST_SURROUNDED * whole).then(|| excess / (inside - excess))
     }
 
     /// Largest distance from a point of the water to its nearest particle over the spacing \[-\], as seen from points half

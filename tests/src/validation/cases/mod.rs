@@ -80,6 +80,7 @@ pub fn all() -> Vec<&'static dyn Case> {
         &elastic::Obstacle,
         &debris::Debris,
         &spatial::StillWater3d,
+        &spatial::StillWaterSphere,
         &spatial::SlabDamBreak,
         &spatial::DuctFlow,
         &spatial::PipeFlow,

@@ -21,7 +21,7 @@ pub use drop::Drop3d;
 pub use rotation::{HeavyTop, SpinningCube};
 pub use twisting::TwistingColumn;
 pub use vortex::TaylorGreen3d;
-pub use water::{SlabDamBreak, StandingWave3d, StillWater3d};
+pub use water::{SlabDamBreak, StandingWave3d, StillWater3d, StillWaterSphere};
 
 #[cfg(test)]
 mod tests {

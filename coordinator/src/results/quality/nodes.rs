@@ -7,7 +7,8 @@ use sph::space::tensors::SpaceVector;
 /// Nodes along each axis on which a particle has a weight.
 const STENCIL: usize = 4;
 
-/// The nodes over some particles. The weights of a particle on all nodes sum to one.
+/// The nodes over some particles. The weights of a particle on all nodes sum to one, and so do those of others that have a
+/// weight on a node together with one of them.
 pub struct Nodes<S: Space> {
     /// Place of the first node \[m\].
     lower: S::Vector,
@@ -32,10 +33,11 @@ impl<S: Space> Nodes<S> {
                 (lower[axis], spacings[axis], counts[axis]) =
                     (domain.lower[axis], size / count, count as usize);
             } else {
-                // A stencil reaches two spacings to either side. Bounded by the particles, which fill the box.
+                // Up to two spacings from a particle to a node, from there to another particle, and on to its nodes.
+                // Bounded by the particles, which fill the box.
                 let width = ((upper[axis] - lower[axis]) / spacing).max(0.0).ceil() as usize;
-                lower[axis] -= 2.0 * spacing;
-                counts[axis] = width + STENCIL + 1;
+                lower[axis] -= 6.0 * spacing;
+                counts[axis] = width + 12 + 1;
             }
         }
         Self { lower, spacing: spacings, counts, periodic: domain.periodic }
@@ -104,6 +106,10 @@ mod tests {
             // Round-off of 64 terms.
             assert!((sum - 1.0).abs() < 1e-14 && farthest < nodes.len(), "{sum} {farthest}");
         }
+        // Nor is one cut off that shares the outermost node of another.
+        let mut sum = 0.0;
+        nodes.for_each(&S::Vector::repeat(0.999 + 3.99 * 0.13), |_, weight| sum += weight);
+        assert!((sum - 1.0).abs() < 1e-14, "{sum}");
         // Far outside, without a period, there is no node.
         let mut count = 0;
         for far in [1e30, -1e30] {

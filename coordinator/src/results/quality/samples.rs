@@ -153,13 +153,15 @@ fn cloud<S: Space>(
     position.retain(|_| kept.next().unwrap_or(true));
     let mut kept = fluid.group.iter().map(acts);
     volume.retain(|_| kept.next().unwrap_or(true));
+    let walls = position.len();
     if let Some(solid) = solid {
         position.extend(vectors::<S>(solid, "position")?);
         volume.extend(volumes(solid)?);
     }
+    let solids = position.len() - walls;
     if !position.iter().all(|x| x.norm().is_finite()) || !volume.iter().all(|v| v.is_finite()) {
         return None;
     }
     let kernel = CubicSpline::new(parameters.smoothing_length());
-    Some(Cloud { domain: setup.run.domain, kernel, spacing, position, volume, water })
+    Some(Cloud { domain: setup.run.domain, kernel, spacing, position, volume, water, solids })
 }

@@ -19,6 +19,9 @@ sph::constants! {
     /// That of the volume correction.
     const LEAST_FLUID_CLAIM: f64 = 0.02, "quality.least_fluid_claim",
         "least claim of the water on a node, over that of walls and solids [-]";
+    /// That of the volume correction: the first row at a face that nothing touches has 0.68, the second 0.92.
+    const LEAST_CLAIM_AROUND_SOLIDS: f64 = 0.85, "quality.least_claim_around_solids",
+        "least mean claim around a particle of a solid that counts as surrounded [-]";
     /// A free surface has about N^(1 − 1/d) particles; where edges of walls meet some are not surrounded even so.
     const FULL_RIM: f64 = 0.2, "quality.full_rim",
         "particles of N that nothing surrounds at the start, over N^(1 - 1/d), up to which water fills its container [-]";
@@ -32,26 +35,30 @@ pub struct Cloud<S: Space> {
     pub kernel: CubicSpline<S>,
     /// Particle spacing of the fluid \[m\].
     pub spacing: f64,
-    /// Positions \[m\]: of the water first, then of walls and solids.
+    /// Positions \[m\]: of the water first, then of walls, then of solids.
     pub position: Vec<S::Vector>,
     /// Volumes \[m³\], in the plane per depth.
     pub volume: Vec<f64>,
     /// Particles of the water.
     pub water: usize,
+    /// Particles of solids.
+    pub solids: usize,
 }
 
 /// What the positions of the water say of its volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Filling {
-    /// Mean of σ − 1 over the water on the nodes of a grid \[-\]; `None` when too little of the water is inside.
+    /// How much more volume the densities claim than there is for the water, over the latter \[-\]; `None` when too little
+    /// of the water is inside.
     ///
     /// ```text
-    /// σ_n = Σ_j V_j w_nj / V_n
+    /// Σ_n (σ_n − 1) / Σ_n (φ_n − σ_n + 1),   σ_n = Σ_j V_j w_nj / V_n,   φ_n the same over the water
     /// ```
     /// V_j is m/ρ of water, Δx² of walls, m/ρ of solids, w_nj the weight of a particle on a node, V_n the volume of its
-    /// cell: σ − 1 is how much more volume the densities claim than there is. Nodes count on which no particle at a surface
-    /// has a weight, and the water has some beside walls and solids. A sum at the particles themselves is biased, since
-    /// their places are not independent of each other.
+    /// cell. Nodes count on which no particle at a surface has a weight, nor one of a solid that is not surrounded, and the
+    /// water has some beside walls and solids. In water that fills its container the sum is all that is claimed in excess,
+    /// however the particles lie at its walls. A sum at the particles themselves is biased, since their places are not
+    /// independent of each other.
     pub excess: Option<f64>,
     /// Whether the water has no free surface.
     pub is_full: bool,
@@ -83,28 +90,36 @@ impl<S: Space> Cloud<S> {
 
     /// See [`Filling::excess`]; `at_surface` says which particles of the water are not surrounded.
     fn excess(&self, at_surface: &[bool]) -> Option<f64> {
-        let Self { domain, kernel, position, volume, water, .. } = self;
-        let nodes = Nodes::over(domain, &position[..*water], kernel.support_radius());
+        let Self { domain, kernel, position, volume, water, solids, .. } = self;
+        let nodes = Nodes::over(domain, &position[..*water], kernel.smoothing_length());
         let (mut fluid, mut all) = (vec![0.0; nodes.len()], vec![0.0; nodes.len()]);
-        let mut counts = vec![true; nodes.len()];
         for (j, x) in position.iter().enumerate() {
             nodes.for_each(x, |node, weight| {
                 let claim = weight * volume[j] / nodes.volume();
                 all[node] += claim;
-                if let Some(at_surface) = at_surface.get(j) {
+                if j < *water {
                     fluid[node] += claim;
-                    counts[node] &= !at_surface;
                 }
             });
         }
-        let (mut sum, mut inside, mut whole) = (0.0, 0.0, 0.0);
+        let is_beside_a_void = |solid: &&S::Vector| {
+            let mut around = 0.0;
+            nodes.for_each(solid, |node, weight| around += weight * all[node]);
+            around < LEAST_CLAIM_AROUND_SOLIDS
+        };
+        let mut counts = vec![true; nodes.len()];
+        let surface = position.iter().zip(at_surface).filter(|(_, at_surface)| **at_surface).map(|(x, _)| x);
+        for x in surface.chain(position[position.len() - solids..].iter().filter(is_beside_a_void)) {
+            nodes.for_each(x, |node, _| counts[node] = false);
+        }
+        let (mut excess, mut inside, mut whole) = (0.0, 0.0, 0.0);
         for ((fluid, all), counts) in fluid.iter().zip(&all).zip(counts) {
             whole += fluid;
             if counts && *fluid > LEAST_FLUID_CLAIM * (all - fluid) {
-                (sum, inside) = (sum + fluid * (all - 1.0), inside + fluid);
+                (excess, inside) = (excess + all - 1.0, inside + fluid);
             }
         }
-        (inside > 0.0 && inside >= LEAST_SURROUNDED * whole).then(|| sum / inside)
+        (inside > excess.max(0.0) && inside >= LEAST_SURROUNDED * whole).then(|| excess / (inside - excess))
     }
 
     /// Largest distance from a point of the water to its nearest particle over the spacing \[-\], as seen from points half
@@ -198,13 +213,14 @@ mod tests {
             position: (0..400).map(place).collect(),
             volume: vec![volume; 400],
             water: 400,
+            solids: 0,
         }
     }
 
     #[test]
     fn densities_that_claim_one_percent_too_much_volume_read_so() {
         let filling = lattice(1.01, |x| x).filling();
-        // The lattice shows on nodes 2.5 spacings apart by 6e-7.
+        // The lattice shows on nodes 1.3 spacings apart, but not in their sum.
         assert!((filling.excess.unwrap() - 0.01).abs() < 1e-6, "{filling:?}");
         assert!(filling.is_full);
         // Stretched by a per cent, their densities as before: they claim too little.
@@ -235,6 +251,20 @@ mod tests {
         thread.position.retain(|x| x.y < 0.05);
         (thread.volume, thread.water) = (vec![1.0; thread.position.len()], thread.position.len());
         assert_eq!(thread.filling().excess, None);
+    }
+
+    /// Two rows of a solid between water and a void.
+    #[test]
+    fn a_void_behind_a_solid_is_no_error_of_the_volume() {
+        let mut tank = lattice(1.0, |x| x);
+        tank.domain.periodic = [false, true];
+        // Row by row along x; a surface to the left as well.
+        tank.position.sort_by(|a, b| a.x.total_cmp(&b.x));
+        tank.position.truncate(300);
+        (tank.volume, tank.water, tank.solids) = (vec![1.0; 300], 260, 40);
+        let filling = tank.filling();
+        // 2e-4 without nodes that have the outermost row, -1.3e-3 with them.
+        assert!(filling.excess.unwrap().abs() < 6e-4, "{filling:?}");
     }
 
     #[test]

@@ -191,7 +191,7 @@ impl Faces<Spatial> for SpatialBoundary {
     }
 
     fn layers_within(&self, depth: f64, along: f64, layers: u32) -> Vec<Vector3<f64>> {
-        self.layers(Layers { side: -1.0, depth, along, count: layers }, |_| true)
+        self.layers(Layers { side: -1.0, depth, along, count: layers }, &[], |_| true)
     }
 
     fn moments(&self) -> Moments<Spatial> {

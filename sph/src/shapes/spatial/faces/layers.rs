@@ -25,6 +25,8 @@ crate::constants! {
     /// Behind edges they belong to another face.
     const OFF: f64 = 0.05, "layers.off",
         "distance off their layer in space of points that are left out, in the distance of an even layer [-]";
+    const FROM_END: f64 = 0.2, "layers.from_end",
+        "distance from the end of an open layer in space from which points are placed, likewise [-]";
     const CLOSEST: f64 = 0.75, "layers.closest",
         "distance of points of layers in space below which one of them is left out, likewise [-]";
 }
@@ -52,6 +54,30 @@ pub(crate) struct Layers {
     pub count: u32,
 }
 
+/// A plane across an axis at which layers end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct End {
+    axis: usize,
+    /// Place of the plane \[m\].
+    at: f64,
+    /// 1 when layers lie toward higher coordinates, −1 otherwise.
+    inward: f64,
+}
+
+impl End {
+    /// Distance of `x` \[m\] from the plane, positive where layers lie \[m\].
+    fn depth(&self, x: &Vector3<f64>) -> f64 {
+        self.inward * (x[self.axis] - self.at)
+    }
+
+    /// `x` \[m\] mirrored at the plane.
+    fn image(&self, x: &Vector3<f64>) -> Vector3<f64> {
+        let mut image = *x;
+        image[self.axis] = 2.0 * self.at - x[self.axis];
+        image
+    }
+}
+
 /// A number from 0 to 2⁶⁴ for each place in an order that looks random.
 fn shuffled(k: usize) -> u64 {
     SplitMix64((k as u64).wrapping_mul(SplitMix64::STEP)).bits()
@@ -65,18 +91,23 @@ struct Candidates {
 }
 
 impl SpatialBoundary {
-    /// The points of `layers`, outer layer first, as far as `keep` holds for them.
+    /// The points of `layers`, outer layer first, as far as `keep` holds for them, up to `ends`.
     pub(crate) fn layers(
         &self,
         layers: Layers,
+        ends: &[End],
         keep: impl Fn(&Vector3<f64>) -> bool + Sync,
     ) -> Vec<Vector3<f64>> {
         let mut crowd = Crowd::<Spatial>::new(CLOSEST * layers.depth.min(layers.along));
         let mut points = Vec::new();
-        for (k, layer) in self.candidates_of(&layers, &keep).into_iter().enumerate() {
+        let ended = |x: &Vector3<f64>, depth: f64| ends.iter().any(|end| end.depth(x) < depth);
+        // Not on an end, where a point and its image would not part.
+        let candidates =
+            self.candidates_of(&layers, ends, &|x| keep(x) && !ended(x, FROM_END * layers.along));
+        for (k, layer) in candidates.into_iter().enumerate() {
             let level = layers.side * (k as f64 + 0.5) * layers.depth;
             let chosen = chosen(&layer, &layers);
-            let spread = self.spread(chosen, level, layers.along, &keep);
+            let spread = self.spread(chosen, level, layers.along, ends, &|x| keep(x) && !ended(x, 0.0));
             points.extend(spread.into_iter().filter(|x| crowd.admit(x)));
         }
         points
@@ -86,6 +117,7 @@ impl SpatialBoundary {
     fn candidates_of(
         &self,
         layers: &Layers,
+        ends: &[End],
         keep: &(impl Fn(&Vector3<f64>) -> bool + Sync),
     ) -> Vec<Candidates> {
         let width = layers.along / CANDIDATES;
@@ -103,9 +135,19 @@ impl SpatialBoundary {
             })
             .map(|index| lower + index * block)
             .collect();
-        let reach = 0.5 * block * 3.0_f64.sqrt();
+        let reach = 0.5 * (block * 3.0_f64.sqrt() + width);
+        // Shares of the cube of a candidate in the layers, as if it stood square to them.
+        let shares = |from_face: f64| {
+            let half = 0.5 * width / layers.depth;
+            let first = (from_face - half).floor().max(0.0);
+            steps(f64::from(layers.count)).skip_while(move |k| *k < first).map_while(move |k| {
+                let share = ((from_face + half).min(k + 1.0) - (from_face - half).max(k)) / (2.0 * half);
+                (share > 0.0).then_some((k as usize, share))
+            })
+        };
         let of_block = |corner: &Vector3<f64>| {
-            let mut found: Vec<(usize, Option<Vector3<f64>>)> = Vec::new();
+            let mut found: Vec<(usize, f64, Option<Vector3<f64>>)> = Vec::new();
+            let mut volumes = vec![0.0; layers.count as usize];
             let middle = layers.side * self.slope(&corner.add_scalar(0.5 * block)).0;
             if middle > thickness + reach || middle < -reach {
                 return found;
@@ -116,6 +158,11 @@ impl SpatialBoundary {
                 let x = corner + index.add_scalar(0.5) * width;
                 let (distance, up) = self.slope(&x);
                 let from_face = layers.side * distance / layers.depth;
+                let before_ends: f64 =
+                    ends.iter().map(|end| (end.depth(&x) / width + 0.5).clamp(0.0, 1.0)).product();
+                for (layer, share) in shares(from_face) {
+                    volumes[layer] += share * before_ends * width.powi(3);
+                }
                 // The nearest layer, and how far off it is.
                 let layer = (from_face - 0.5).round();
                 if layer < 0.0 || layer >= f64::from(layers.count) {
@@ -124,40 +171,46 @@ impl SpatialBoundary {
                 let level = layers.side * (layer + 0.5) * layers.depth;
                 let on_layer = x + up * (level - distance);
                 // Of a face halfway between two rows of candidates both count: by round-off none would.
-                let near = (level - distance).abs() <= (0.5 + 1e-6) * width && keep(&on_layer);
-                if near || keep(&x) {
+                if (level - distance).abs() <= (0.5 + 1e-6) * width && keep(&on_layer) {
                     // Whole and small.
-                    found.push((layer as usize, near.then_some(on_layer)));
+                    found.push((layer as usize, 0.0, Some(on_layer)));
                 }
             }
+            found.extend(volumes.into_iter().enumerate().map(|(layer, volume)| (layer, volume, None)));
             found
         };
         let found = tasks::flat_map(corners.len(), 1, |k| of_block(&corners[k]));
         let mut candidates = vec![Candidates::default(); layers.count as usize];
-        for (layer, on_layer) in found {
-            candidates[layer].volume += width.powi(3);
+        for (layer, volume, on_layer) in found {
+            candidates[layer].volume += volume;
             candidates[layer].places.extend(on_layer);
         }
         candidates
     }
 
-    /// Moves points of the layer at `level` \[m\] from the surface apart until they are spread evenly.
+    /// Moves points of the layer at `level` \[m\] from the surface apart until they are spread evenly. Beyond `ends` their
+    /// images continue the layer.
     fn spread(
         &self,
         mut points: Vec<Vector3<f64>>,
         level: f64,
         along: f64,
+        ends: &[End],
         keep: &(impl Fn(&Vector3<f64>) -> bool + Sync),
     ) -> Vec<Vector3<f64>> {
         let open =
             Domain::<Spatial> { lower: Vector3::zeros(), upper: Vector3::zeros(), periodic: [false; 3] };
         let reach = REACH * along;
         for _ in 0..STEPS {
-            let list = CellGrid::new(&open, &points, reach).list(&open, &points, &points, reach);
+            let images = ends
+                .iter()
+                .flat_map(|end| points.iter().filter(|x| end.depth(x) < reach).map(|x| end.image(x)));
+            let others: Vec<Vector3<f64>> = points.iter().copied().chain(images).collect();
+            let list = CellGrid::new(&open, &others, reach).list(&open, &points, &others, reach);
             let moved = |k: usize| {
                 let x = points[k];
                 let push = |j: &u32| {
-                    let d = x - points[*j as usize];
+                    let d = x - others[*j as usize];
                     let r = d.norm();
                     if r > 0.0 { d * ((1.0 - r / reach).max(0.0).powi(2) / r) } else { Vector3::zeros() }
                 };
@@ -188,27 +241,25 @@ pub(in crate::shapes::spatial) fn along(
     side: Side<Spatial>,
 ) -> Vec<LayerParticle<Spatial>> {
     let (lower, upper) = shape.bounds();
-    let tolerance = 1e-6 * spacing;
     let (open, into_wall) = match side {
         Side::Outside(open) => (open, 1.0),
         Side::Inside => (OpenSides::default(), -1.0),
     };
-    let beyond_open_side = |x: &Vector3<f64>| {
-        (0..3).any(|axis| {
-            (open.lower[axis] && x[axis] < lower[axis] - tolerance)
-                || (open.upper[axis] && x[axis] > upper[axis] + tolerance)
-        })
-    };
-    let keep = |x: &Vector3<f64>| shape.contains(x) == (side == Side::Inside) && !beyond_open_side(x);
+    let end = |axis: usize, at: f64, inward: f64| End { axis, at, inward };
+    let lower_ends = (0..3).filter(|axis| open.lower[*axis]).map(|axis| end(axis, lower[axis], 1.0));
+    let upper_ends = (0..3).filter(|axis| open.upper[*axis]).map(|axis| end(axis, upper[axis], -1.0));
+    let ends: Vec<End> = lower_ends.chain(upper_ends).collect();
+    let on_side = |x: &Vector3<f64>| shape.contains(x) == (side == Side::Inside);
     let outside = if side == Side::Inside { 0 } else { layers };
     let positions = match rows_of(shape, spacing, outside) {
         Some(rows) => {
             let thickness = f64::from(layers) * spacing;
-            rows.points(|x| keep(x) && boundary.surface(x).distance.abs() < thickness)
+            let ended = |x: &Vector3<f64>| ends.iter().any(|end| end.depth(x) < -1e-6 * spacing);
+            rows.points(|x| on_side(x) && !ended(x) && boundary.surface(x).distance.abs() < thickness)
         }
         None => {
             let layers = Layers { side: into_wall, depth: spacing, along: spacing, count: layers };
-            boundary.layers(layers, keep)
+            boundary.layers(layers, &ends, on_side)
         }
     };
     let particle = |position: Vector3<f64>| {

@@ -112,14 +112,24 @@ fn layers_of_a_box_are_rows_at_its_faces_with_normals_and_rounded_edges() {
 }
 
 #[test]
-fn layers_of_an_open_cylinder_end_at_its_rim() {
+fn layers_of_an_open_cylinder_are_even_up_to_its_rim() {
     let tank = rod([0.0; 3], [0.0, 0.0, 1.0], 0.7, 0.0);
     let open = OpenSides { upper: [false, false, true], ..OpenSides::default() };
     let particles = layers_along(&tank, &tank.boundary(), SPACING, 2, Side::Outside(open));
-    assert!(particles.iter().all(|p| p.position.z < 1.0 + 1e-6 && !tank.contains(&p.position)));
-    let side = particles.iter().filter(|p| (p.normal.z.abs() < 1e-9) && p.normal != Vector3::zeros()).count();
-    let expected = 2.0 * PI * (0.75 + 0.85) / (SPACING * SPACING);
-    assert!((side as f64 / expected - 1.0).abs() < 0.08, "{side} {expected}");
+    assert!(particles.iter().all(|p| !tank.contains(&p.position)));
+    for radius in [0.75, 0.85] {
+        let layer = |p: &&LayerParticle<Spatial>| {
+            p.position.z > 0.0 && (p.position.xy().norm() - radius).abs() < 1e-6
+        };
+        let heights: Vec<f64> = particles.iter().filter(layer).map(|p| p.position.z).collect();
+        // From the rim down as much as in the middle; a hexagonal layer has its rows at other heights than a square one.
+        for (from, to, tolerance) in [(0.0, 1.0, 0.02), (0.8, 1.0, 0.06), (0.4, 0.6, 0.06)] {
+            let count = heights.iter().filter(|z| (from..to).contains(*z)).count() as f64;
+            let expected = 2.0 * PI * radius * (to - from) / (SPACING * SPACING);
+            assert!((count / expected - 1.0).abs() < tolerance, "{radius} {from}: {count} {expected}");
+        }
+        assert!(heights.iter().all(|z| *z < 1.0 - 0.25 * SPACING));
+    }
 }
 
 #[test]

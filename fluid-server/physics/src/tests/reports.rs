@@ -35,23 +35,33 @@ fn front_and_level_follow_the_connected_fluid_only() {
 }
 
 #[test]
-fn a_point_probe_is_a_shepard_mean_and_zero_where_dry() {
+fn a_point_probe_reads_linear_fields_up_to_faces_and_corners_and_zero_where_dry() {
     let mut setup = empty_scene(0.02);
+    // Faces at 0.1 and 0.5 m, 0.1 and 0.3 m.
     add_block(&mut setup, Vector::new(0.1, 0.1), 20, 10);
-    setup.particles.velocity.fill(Vector::new(0.5, -0.25));
+    let field = |x: &Vector| Vector::new(0.5 + 2.0 * x.x - x.y, -0.25 + 3.0 * x.y);
+    setup.particles.velocity = setup.particles.position.iter().map(field).collect();
     setup.particles.density.fill(1002.0);
-    let at = |x: f64, y: f64| probe(FluidProbeKind::Point(Vector::new(x, y)));
-    setup.probes = vec![at(0.3, 0.2), at(0.1, 0.1), at(0.8, 0.8)];
+    let places =
+        [(0.3, 0.2), (0.3, 0.1), (0.1, 0.1), (0.07, 0.2), (0.8, 0.8)].map(|(x, y)| Vector::new(x, y));
+    setup.probes = places.map(|x| probe(FluidProbeKind::Point(x))).to_vec();
     let mut solver = solver(setup);
     let mut values = Vec::new();
     solver.probes(0.0, &mut values);
     let pressure = solver.model.equation_of_state.pressure(1002.0);
-    for k in [0, 3] {
-        // A uniform field is its own mean, at the surface as well.
-        assert!((values[k] / pressure - 1.0).abs() < 1e-12);
-        assert!((values[k + 1] - 0.5).abs() < 1e-12 && (values[k + 2] + 0.25).abs() < 1e-12);
+    for (k, place) in places.iter().enumerate().take(4) {
+        let row = &values[3 * k..][..3];
+        // Round-off of some twenty terms.
+        assert!((row[0] / pressure - 1.0).abs() < 1e-12, "{row:?}");
+        let error = (Vector::new(row[1], row[2]) - field(place)).norm();
+        if k < 3 {
+            assert!(error < 1e-12, "{row:?}");
+        } else {
+            // Far to one side: a mean of the first row at x = 0.11 m and the second, nothing beyond.
+            assert!((0.52..0.56).contains(&row[1]), "{row:?}");
+        }
     }
-    assert_eq!(values[6..9], [0.0; 3]);
+    assert_eq!(values[12..15], [0.0; 3]);
 }
 
 #[test]

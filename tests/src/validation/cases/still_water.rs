@@ -86,8 +86,6 @@ fn settled(run: &Run) -> Result<Vec<Figure>, String> {
         let end = history.last().map_or(f64::NAN, |row| row.0);
         let mean = series::mean(&history, 0.9 * end, end);
         let exact = mean_density * GRAVITY * (surface - height);
-        // 6 mm particles see P1 through a kernel that the floor cuts at 5 mm.
-        let tolerance = if run.member.spacing > 0.004 { 0.01 } else { tolerance };
         figures.push(Figure::compared(format!("pressure at {height} m [Pa]"), mean, exact, tolerance));
     }
     Ok(figures)
@@ -101,7 +99,6 @@ fn ringing(run: &Run) -> Result<Vec<Figure>, String> {
             (series::mean(&pressure, f64::from(second), f64::from(second + 1)) / exact - 1.0).abs()
         };
         let largest = series::largest((10..60).map(error));
-        // The kernel at P1, 5 mm above the floor, reaches 16 mm: the goal holds at any spacing.
         return Ok(vec![Figure::judged(
             "largest error of the mean of P1 in a second from 10 s on",
             largest,

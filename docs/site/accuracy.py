@@ -1,6 +1,7 @@
 """The figure and table of `accuracy.md`: errors against goals, read from the tables of verification.md.
 
-    python3 docs/site/accuracy.py
+    python3 docs/site/accuracy.py            make them again
+    python3 docs/site/accuracy.py --check    fail unless the table is that of verification.md
 
 A row counts where goal and measured value are both percentages or both plain numbers. Several goals of a row, "1 %, 0.5 %", go with as many measured values; where there is one goal, the largest
 value counts.
@@ -8,6 +9,7 @@ value counts.
 
 import pathlib
 import re
+import sys
 
 import images
 from tidelock.plots import Plot
@@ -95,8 +97,8 @@ def rows():
     return found
 
 
-def main():
-    found = rows()
+def draw(found):
+    """Draws the shares and returns the size of the picture in bytes."""
     plot = Plot(7.6, 0.125 * len(found) + 0.9)
     axes = plot.add_subplot()
     labels = []
@@ -113,7 +115,11 @@ def main():
     axes.set_ylim(len(found) - 0.4, -0.6)
     axes.set_xlabel("largest error over its goal")
     axes.grid(axis="x", alpha=0.3)
-    size = images.save(plot, DOCS / "pictures" / "accuracy.png", 1000)
+    return images.save(plot, DOCS / "pictures" / "accuracy.png", 1000)
+
+
+def main():
+    found = rows()
     met = sum(1 for row in found if row[-1] <= 1)
     lines = [f"{met} of {len(found)} figures that can be compared as numbers meet their goal.", ""]
     lines += ["| case | resolution | figure | goal | measured | error over goal |", "|---|---|---|---|---|---|"]
@@ -123,8 +129,13 @@ def main():
     page = DOCS / "accuracy.md"
     text = page.read_text(encoding="utf-8")
     head, rest = text.split(BEGIN)
-    made = "\n".join([BEGIN, "", *lines, "", END])
-    page.write_text(head + made + rest.split(END)[1], encoding="utf-8")
+    made = head + "\n".join([BEGIN, "", *lines, "", END]) + rest.split(END)[1]
+    if sys.argv[1:] == ["--check"]:
+        if made != text:
+            sys.exit("docs/accuracy.md: not the table of docs/verification.md; run `python3 docs/site/accuracy.py`")
+        return
+    size = draw(found)
+    page.write_text(made, encoding="utf-8")
     print(f"{len(found)} figures, {met} meet their goal; picture of {size} bytes")
 
 

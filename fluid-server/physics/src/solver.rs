@@ -242,7 +242,7 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
                 None => vec![S::Vector::repeat(f64::NAN); model.walls.names.len()],
             };
         }
-        with_all(model, state, |state| probes::values(model, state, &forces, immersed, values));
+        with_all(model, state, |state| probes::values(model, state, time, &forces, immersed, values));
     }
 
     fn snapshot(&mut self, step: u64, time: f64) -> ParticleFields {

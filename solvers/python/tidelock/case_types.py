@@ -527,16 +527,16 @@ class Outputs(TypedDict):
 
 
 class ProbeFluidPoint(TypedDict):
-    """Pressure and velocity at a point, by a fit to the fluid in its support that is exact for linear fields, on the
-    face of a wall too; zero where there is none."""
+    """Pressure and velocity at a point, means over the fluid in its support; the pressure follows the body force to
+    the point, on the face of a wall too. Zero where there is no fluid."""
 
     # `at_m` of the kind of probe.  Unit: m. Default: must be written. Range: a finite number for each axis.
     at_m: list[float]
     # name of the probe, the first part of the names of its columns.  Unit: -. Default: must be written. Range: 1 to
     # 64 letters, digits, `_` or `-`.
     name: str
-    # what it reports: fluid-point, Pressure and velocity at a point, by a fit to the fluid in its support that is
-    # exact for linear fields, on the face of a wall too; zero where there is none.
+    # what it reports: fluid-point, Pressure and velocity at a point, means over the fluid in its support; the
+    # pressure follows the body force to the point, on the face of a wall too. Zero where there is no fluid.
     type: Literal['fluid-point']
 
 

@@ -233,8 +233,8 @@ macro_rules! probes {
 probes! {
     /// What a fluid probe reports. Sums are per metre of depth in the plane.
     pub enum FluidProbeKind {
-        /// Pressure and velocity at a point, by a fit to the fluid in its support that is exact for linear fields, on the face of
-        /// a wall too; zero where there is none.
+        /// Pressure and velocity at a point, means over the fluid in its support; the pressure follows the body force to the point,
+        /// on the face of a wall too. Zero where there is no fluid.
         Point(at_m: Point<S>) = "fluid-point", ["pressure_pa", "velocity_x_m_s", "velocity_y_m_s"],
             in space ["pressure_pa", "velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s"];
         /// Highest connected fluid at an x; not a number where it is dry.

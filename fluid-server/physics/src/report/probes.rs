@@ -20,14 +20,6 @@ sph::constants! {
         "distance below which particles belong to one connected body of fluid, in spacings [-]";
     const FRONT_PERCENTILE: f64 = 0.995, "probes.front_percentile",
         "share of the connected fluid that lies behind the reported front [-]";
-    const FLAT: f64 = 1e-6, "probes.flat",
-        "second moment around a point, over the largest, below which its fluid lies in a plane or line [-]";
-    /// 1 inside the fluid; on a square lattice 0.23 on a face, 0.10 a quarter of a spacing beyond it, 0.08 in a corner of a box.
-    const FULL_REST: f64 = 0.07, "probes.full_rest",
-        "share of the weight at a point that the slope leaves, from which linear fields are exact [-]";
-    /// 0.03 half a spacing beyond a face.
-    const LEAST_REST: f64 = 0.02, "probes.least_rest",
-        "the same share, up to which the slope does not count [-]";
     /// Errors of the integral below 0.1 %.
     const FLUX_INTERVALS: u32 = 32, "probes.flux_intervals",
         "intervals of the midpoint rule across the support of a particle in a flow rate [-]";
@@ -38,11 +30,12 @@ pub fn need_wall_forces<S: Space>(model: &FluidModel<S>) -> bool {
     model.probes.iter().any(|probe| matches!(probe, Probe::Plain(FluidProbeKind::WallForce(_))))
 }
 
-/// Values of `model`'s probes; `forces` are those on the walls \[N/m\] where they are needed, `immersed` is the number of
+/// Values of `model`'s probes at `time` \[s\]; `forces` are those on the walls \[N/m\] where they are needed, `immersed` is the number of
 /// particles inside solids.
 pub fn values<S: Space>(
     model: &FluidModel<S>,
     state: &FluidState<S>,
+    time: f64,
     forces: &[S::Vector],
     immersed: u32,
     values: &mut Vec<f64>,
@@ -51,7 +44,7 @@ pub fn values<S: Space>(
     let connected = || connected.get_or_init(|| connected_fluid(model, state));
     for probe in &model.probes {
         match probe {
-            Probe::Point(x) => point(model, state, x, values),
+            Probe::Point(x) => point(model, state, time, x, values),
             Probe::FlowRate(segment) => values.push(flow_rate(model, state, segment)),
             // Prepared as probes of their own when the model is built.
             Probe::SurfaceFlux(surface) => values.push(surface_flux(model, state, surface)),
@@ -79,45 +72,37 @@ pub fn values<S: Space>(
     }
 }
 
-/// Pressure and velocity at `x`; zero where no fluid is within support.
+/// Pressure and velocity at `x` at `time` \[s\]; zero where no fluid is within support.
 ///
 /// ```text
-/// q(x) = Σ w_j (1 − f g·d_j) q_j / Σ w_j (1 − f g·d_j),   w_j = V_j W(|d_j|),   d_j = x_j − x
-/// g = (Σ w_j d_j ⊗ d_j)⁻¹ Σ w_j d_j
+/// p(x) = Σ w_j [p_j + ρ_j f·(x − x_j)] / Σ w_j,   v(x) = Σ w_j v_j / Σ w_j,   w_j = V_j W(|x − x_j|)
 /// ```
-/// With f = 1 linear fields are exact, next to walls too, where a Shepard mean (f = 0) reads the values of particles that lie
-/// farther from the wall on average than `x`. f falls to zero where the fluid lies far to one side of `x`, so that nothing is
-/// extrapolated from spray.
-fn point<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, x: &S::Vector, values: &mut Vec<f64>) {
-    let (mut weight, mut first, mut second) = (0.0, S::Vector::zeros(), S::Tensor::zeros());
-    let (mut pressure, mut pressure_first) = (0.0, S::Vector::zeros());
-    let (mut velocity, mut velocity_first) = (S::Vector::zeros(), S::Tensor::zeros());
+/// The pressure is that of a wall particle at rest, Eq. (28). Next to a wall the fluid lies to one side, and the mean of p_j
+/// alone is the pressure farther in. A linear fit is exact there without the body force f, but doubles what scatters between
+/// neighbours.
+fn point<S: Space>(
+    model: &FluidModel<S>,
+    state: &FluidState<S>,
+    time: f64,
+    x: &S::Vector,
+    values: &mut Vec<f64>,
+) {
+    let force = model.body_force.at(time).acceleration(x);
+    let (mut weight, mut pressure, mut velocity) = (0.0, 0.0, S::Vector::zeros());
     for (i, x_i) in state.position.iter().enumerate() {
-        let d = model.domain.separation(x_i, x);
+        let d = model.domain.separation(x, x_i);
         let distance = d.norm();
         if distance < model.kernel.support_radius() {
             let share = state.mass[i] / state.density[i] * model.kernel.value(distance);
-            let (p, v) = (state.pressure(&model.equation_of_state, i) * share, state.velocity[i] * share);
             weight += share;
-            first += d * share;
-            second += S::Tensor::outer(&d, &d) * share;
-            pressure += p;
-            pressure_first += d * p;
-            velocity += v;
-            velocity_first += S::Tensor::outer(&v, &d);
+            pressure +=
+                (state.pressure(&model.equation_of_state, i) + state.density[i] * force.dot(&d)) * share;
+            velocity += state.velocity[i] * share;
         }
     }
     if weight > 0.0 {
-        let second = S::SymmetricTensor::of(&second);
-        let [largest, _] = second.extremes();
-        // No slope where particles lie in a line or at a point.
-        let inverse = |value: f64| if value > FLAT * largest { 1.0 / value } else { 0.0 };
-        let slope = second.map_principal(inverse).dot(&first);
-        let rest = 1.0 - slope.dot(&first) / weight;
-        let slope = slope * ((rest - LEAST_REST) / (FULL_REST - LEAST_REST)).clamp(0.0, 1.0);
-        let sum = weight - slope.dot(&first);
-        pressure = (pressure - slope.dot(&pressure_first)) / sum;
-        velocity = (velocity - velocity_first * slope) / sum;
+        pressure /= weight;
+        velocity = velocity / weight;
     }
     values.push(pressure);
     values.extend_from_slice(velocity.row().as_ref());

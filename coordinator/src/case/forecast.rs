@@ -146,15 +146,17 @@ fn solid_work<S: SolidSpace>(work: &mut Work, setup: &SolidSetup<S>, time_step: 
         }
     }
     let touches = setup.bodies.len() > 1 || !setup.wall_particles.wall.is_empty();
+    // In space a pair has tensors of nine components for four.
+    let components = (S::DIMENSIONS as f64 / 2.0).powi(2);
     for (body, count) in setup.bodies.iter().zip(particles) {
         match &body.formulation {
             Formulation::Rigid => {}
             Formulation::UpdatedLagrangian(constants) => {
-                let pairs = count * neighbours::<S>(2.0 * constants.kernel_ratio);
+                let pairs = components * count * neighbours::<S>(2.0 * constants.kernel_ratio);
                 work.add(Unit::UpdatedPair, evaluations * pairs);
             }
             Formulation::TotalLagrangian(constants) => {
-                let pairs = count * neighbours::<S>(2.0 * constants.kernel_ratio);
+                let pairs = components * count * neighbours::<S>(2.0 * constants.kernel_ratio);
                 work.add(Unit::ReferencePair, evaluations * pairs);
             }
         }

@@ -161,15 +161,21 @@ impl NodeArgs {
     /// # Errors
     /// What is wrong with the file of the trace.
     pub fn record(&self, title: &str) -> Result<Option<Part>, String> {
-        let filter = log_filter();
-        let Some(path) = &self.trace else {
-            trace::log(filter);
-            return Ok(None);
-        };
-        let part = Part::create(path, title)
-            .map_err(|e| format!("`--trace {}` cannot be written: {e}", path.display()))?;
-        trace::record_with_log(part.clone(), filter).map_err(|e| format!("`--trace`: {e}"))?;
-        Ok(Some(part))
+        let (filter, warning) = log_filter(std::env::var("RUST_LOG").ok());
+        let mut part = None;
+        match &self.trace {
+            None => trace::log(filter),
+            Some(path) => {
+                let file = Part::create(path, title)
+                    .map_err(|e| format!("`--trace {}` cannot be written: {e}", path.display()))?;
+                trace::record_with_log(file.clone(), filter).map_err(|e| format!("`--trace`: {e}"))?;
+                part = Some(file);
+            }
+        }
+        if let Some(warning) = warning {
+            tracing::warn!("{warning}");
+        }
+        Ok(part)
     }
 
     /// Who may speak, by files and by what the program that started this one says.
@@ -195,10 +201,21 @@ fn is_announced() -> bool {
     std::env::var_os(AccessToken::ANNOUNCEMENT).is_some_and(|value| value == "1")
 }
 
-/// What RUST_LOG asks for: a level, or levels by target.
-fn log_filter() -> Targets {
-    let asked = std::env::var("RUST_LOG").ok().and_then(|text| text.parse().ok());
-    asked.unwrap_or_else(|| Targets::new().with_default(LevelFilter::INFO))
+/// What RUST_LOG asks for, a level, or levels by target, and what is wrong with it.
+fn log_filter(asked: Option<String>) -> (Targets, Option<String>) {
+    let default = Targets::new().with_default(LevelFilter::INFO);
+    // Empty is the same as unset.
+    let Some(text) = asked.filter(|text| !text.is_empty()) else { return (default, None) };
+    match text.parse() {
+        Ok(filter) => (filter, None),
+        Err(e) => {
+            let warning = format!(
+                "RUST_LOG is `{text}` ({e}), must be a level, or levels by target, such as `info,proto=debug`; \
+                 the log is that of `info`"
+            );
+            (default, Some(warning))
+        }
+    }
 }
 
 async fn serve(
@@ -255,4 +272,18 @@ fn stop_with_input(stop: &CancellationToken) -> std::io::Result<()> {
         stop.cancel();
     })?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::log_filter;
+
+    #[test]
+    fn a_log_filter_that_cannot_be_read_is_warned_of() {
+        for readable in [None, Some(""), Some("debug"), Some("info,proto=trace")] {
+            assert_eq!(log_filter(readable.map(str::to_owned)).1, None, "{readable:?}");
+        }
+        let warning = log_filter(Some("proto=loud".into())).1.expect("a level that is none");
+        assert!(warning.contains("RUST_LOG is `proto=loud`") && warning.contains("`info,proto=debug`"));
+    }
 }

@@ -18,7 +18,7 @@ use crate::formulations::body::Body;
 use crate::formulations::formulation::AngularImpulse;
 use crate::formulations::pair_law::PairSums;
 use crate::interface::solid_interface::SolidInterface;
-use crate::neighbours::lists::{CONTACT_SKIN, ContactLists, OWN_SKIN, OwnLists};
+use crate::neighbours::lists::{ContactLists, OWN_SKIN, OwnLists};
 use crate::particles::constants::ParticleConstants;
 use crate::particles::fields::{Rates, StressFields};
 use crate::particles::forces::{ContactForces, ParticleForces, ParticleTorques};
@@ -148,8 +148,9 @@ pub fn build_workspace<S: SolidSpace>(
         velocity_gain: vec![S::Vector::zeros(); n],
         own_lists: model.bodies.iter().map(own_list).collect(),
         contact_lists: ContactLists::new(
-            model.contact.radius().max(reach),
-            CONTACT_SKIN * model.spacing,
+            model.spacing,
+            model.contact.radii(),
+            model.contact.radii().at_least(reach),
             n,
             walls,
         ),

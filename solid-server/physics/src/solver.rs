@@ -196,7 +196,7 @@ impl<S: SolidSpace> Solver for SolidSolver<S> {
                     constants: &model.particles,
                     body_force: model.body_force.at(time.state_time()),
                     stage,
-                    lists: contact_lists,
+                    lists: &contact_lists.candidates,
                     walls,
                     pairs,
                     self_distance: film.self_distance(),

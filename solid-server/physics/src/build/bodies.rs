@@ -82,7 +82,9 @@ pub fn build_bodies<S: SolidSpace>(
         );
         let wall_exemption = wall_exemption(domain, &supports, &connected, &walls.start, clearance);
         rigid.push(motion);
+        let largest_mass = constants.mass.iter().copied().fold(0.0, f64::max);
         bodies.push(Body {
+            largest_mass,
             name: body.name.clone(),
             range: range.clone(),
             material: body.material,

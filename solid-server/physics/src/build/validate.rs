@@ -103,8 +103,9 @@ pub fn check_sums<S: SolidSpace>(model: &SolidModel<S>, law: Option<InterfaceLaw
 /// A pair may interact through one periodic image only.
 pub fn check_periods<S: SolidSpace>(model: &SolidModel<S>, errors: &mut Vec<String>) {
     let own = model.bodies.iter().filter_map(|body| body.formulation.list_radius()).fold(0.0, f64::max);
-    let needed =
-        2.0 * (own + OWN_SKIN * model.spacing).max(model.contact.radius() + CONTACT_SKIN * model.spacing);
+    let needed = 2.0
+        * (own + OWN_SKIN * model.spacing)
+            .max(model.contact.radii().largest() + CONTACT_SKIN * model.spacing);
     for axis in (0..S::DIMENSIONS).filter(|axis| model.domain.periodic[*axis]) {
         let period = model.domain.size()[axis];
         // Not by round-off.

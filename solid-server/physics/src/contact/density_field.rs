@@ -3,6 +3,7 @@
 use sph::setup::SolidSetup;
 use sph::space::tensors::SpaceVector;
 
+use crate::neighbours::lists::PairRadii;
 use crate::space::SolidSpace;
 
 sph::constants! {
@@ -105,9 +106,12 @@ impl DensityFields {
         S::SELF_CONTACT_DISTANCE * self.bodies.support
     }
 
-    /// Largest radius within which particles count \[m\].
-    pub fn support(&self) -> f64 {
-        self.bodies.support.max(self.walls.support).max(self.bodies_from_walls.support)
+    /// Distances within which particles count.
+    pub fn radii(&self) -> PairRadii {
+        PairRadii {
+            bodies: self.bodies.support,
+            walls: self.walls.support.max(self.bodies_from_walls.support),
+        }
     }
 }
 

@@ -14,7 +14,7 @@ use crate::boundary::walls::WallState;
 pub(crate) use crate::contact::film::pressure::CONSTANTS;
 use crate::contact::film::pressure::FilmPressure;
 use crate::interface::solid_interface::FluidPairs;
-use crate::neighbours::lists::{ContactLists, TASK};
+use crate::neighbours::lists::{PairLists, TASK};
 use crate::particles::constants::ParticleConstants;
 use crate::particles::variables::Particles;
 use crate::space::SolidSpace;
@@ -100,7 +100,7 @@ pub struct FilmStage<'a, S: SolidSpace> {
     pub constants: &'a ParticleConstants<S>,
     pub body_force: BodyForceAt<'a, S>,
     pub stage: &'a Particles<S>,
-    pub lists: &'a ContactLists<S>,
+    pub lists: &'a PairLists,
     pub walls: &'a WallState<S>,
     pub pairs: FluidPairs<'a, S>,
     /// [`Film::self_distance`].

@@ -10,7 +10,7 @@ use crate::contact::friction::{
     ContactKey, Friction, FrictionConstants, Owner, RelativeState, StartDepths, TangentialSprings,
 };
 use crate::formulations::body::Body;
-use crate::neighbours::lists::{ContactLists, TASK};
+use crate::neighbours::lists::{PairLists, TASK};
 use crate::particles::constants::ParticleConstants;
 use crate::particles::forces::ContactForces;
 use crate::particles::variables::Particles;
@@ -81,7 +81,7 @@ pub struct ContactStage<'a, S: SolidSpace> {
     /// Time of the state \[s\].
     pub at: f64,
     pub stage: &'a Particles<S>,
-    pub lists: &'a ContactLists<S>,
+    pub lists: &'a PairLists,
     pub walls: &'a WallState<S>,
 }
 
@@ -191,10 +191,12 @@ impl Repulsion {
         let (body, mass) = (&at.bodies[constants.body[i] as usize], constants.mass[i]);
         for (other, group) in at.by_body(at.lists.bodies.of(i)) {
             let near = group.iter().map(|j| at.near(i, *j as usize));
-            let other_mass = constants.mass[group[0] as usize];
+            let other_body = &at.bodies[other as usize];
+            // Not that of a neighbour: which is listed first depends on when lists were built.
+            let other_mass = other_body.largest_mass;
             let contact = ContactConstants {
                 mass: mass * other_mass / (mass + other_mass),
-                ..self.constants(body, Some(&at.bodies[other as usize]), mass)
+                ..self.constants(body, Some(other_body), mass)
             };
             let key = (i as u32, Owner::Body(other));
             found.extend(self.contact(key, &self.fields.bodies, &contact, near, springs, dt));
@@ -219,8 +221,8 @@ impl Repulsion {
                 (-x, -v)
             });
             let key = ((at.constants.len() + w) as u32, Owner::Body(body));
-            let contact =
-                self.constants(&at.bodies[body as usize], None, at.constants.mass[group[0] as usize]);
+            let owner = &at.bodies[body as usize];
+            let contact = self.constants(owner, None, owner.largest_mass);
             found.extend(self.contact(key, &self.fields.bodies_from_walls, &contact, near, springs, dt));
         }
     }

@@ -33,7 +33,8 @@ pub fn start_depths<S: SolidSpace>(model: &SolidModel<S>, law: &Repulsion, time:
         position,
     };
     let walls: WallState<S> = model.walls.at_start();
-    let mut lists = ContactLists::new(model.contact.radius(), 0.0, n, model.walls.len());
+    let radii = model.contact.radii();
+    let mut lists = ContactLists::new(model.spacing, radii, radii, n, model.walls.len());
     let filter = ContactFilter {
         particles: model.has_contact().then_some(|i, j| model.may_be_in_contact(i, j)),
         walls: |i, w| model.wall_acts_on(i, w, time),
@@ -46,7 +47,7 @@ pub fn start_depths<S: SolidSpace>(model: &SolidModel<S>, law: &Repulsion, time:
         bodies: &model.bodies,
         at: time.step_start,
         stage: &stage,
-        lists: &lists,
+        lists: &lists.near,
         walls: &walls,
     };
     law.depths(&at)

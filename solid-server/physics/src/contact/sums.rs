@@ -9,7 +9,7 @@ use crate::boundary::walls::WallState;
 use crate::formulations::body::Body;
 use crate::formulations::pair_law::{PairParticle, PairSums, SumLaw};
 use crate::materials::hooke::density;
-use crate::neighbours::lists::{ContactLists, TASK};
+use crate::neighbours::lists::{PairLists, TASK};
 use crate::particles::constants::ParticleConstants;
 use crate::particles::fields::StressFields;
 use crate::particles::forces::ContactForces;
@@ -38,7 +38,7 @@ pub struct SumStage<'a, S: SolidSpace> {
     pub at: f64,
     pub stage: &'a Particles<S>,
     pub stress: &'a StressFields<S>,
-    pub lists: &'a ContactLists<S>,
+    pub lists: &'a PairLists,
     pub walls: &'a WallState<S>,
 }
 

@@ -29,6 +29,8 @@ pub struct Body<S: SolidSpace> {
     pub name: String,
     /// Its particles.
     pub range: Range<usize>,
+    /// Largest mass of a particle \[kg/m\], in space \[kg\].
+    pub largest_mass: f64,
     pub material: ElasticParameters,
     pub formulation: Box<dyn BodyFormulation<S>>,
     pub wave_limits: WaveLimits,

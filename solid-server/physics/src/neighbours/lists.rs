@@ -17,8 +17,12 @@ pub const TASK: usize = 64;
 /// Skin of own-body lists in particle spacings \[-\]: large enough for a hundred steps of a turning body.
 pub const OWN_SKIN: f64 = 0.3;
 
-/// Skin of contact lists in particle spacings \[-\]: contact rows are short, rebuilding them dominates their cost.
+/// Skin in particle spacings \[-\] of the candidates of contact: the search for them is costly.
 pub const CONTACT_SKIN: f64 = 1.0;
+
+/// Skin in particle spacings \[-\] of contact lists, which are found among the candidates. Less than what parts of one body
+/// that just count as distant are farther apart than contact reaches, half a spacing and more: most of a body at rest has no pair.
+const NEAR_SKIN: f64 = 0.25;
 
 /// Rows of ascending neighbour indices that keep their allocations.
 #[derive(Debug, Default)]
@@ -48,6 +52,17 @@ impl Rows {
             let start = self.indices.len();
             self.indices.extend(list.of(i).iter().filter(|j| keep(i, **j as usize)));
             self.indices[start..].sort_unstable();
+            self.offsets.push(self.indices.len() as u32);
+        }
+    }
+
+    /// Takes over the pairs (i, j) of `rows` that `keep` accepts.
+    fn take_from(&mut self, rows: &Self, keep: impl Fn(usize, usize) -> bool) {
+        self.offsets.clear();
+        self.indices.clear();
+        self.offsets.push(0);
+        for i in 0..rows.offsets.len() - 1 {
+            self.indices.extend(rows.of(i).iter().filter(|j| keep(i, **j as usize)));
             self.offsets.push(self.indices.len() as u32);
         }
     }
@@ -131,9 +146,9 @@ pub struct ContactFilter<P, W> {
     pub released: usize,
 }
 
-/// Candidate pairs of contact: particles of different bodies or distant parts of one, and particles with walls.
+/// Pairs of particles of different bodies or of distant parts of one, and of particles with walls.
 #[derive(Debug)]
-pub struct ContactLists<S: SolidSpace> {
+pub struct PairLists {
     /// For each particle those of other bodies, and of its own with self-contact.
     pub bodies: Rows,
     /// For each particle the wall particles that act on it.
@@ -142,30 +157,122 @@ pub struct ContactLists<S: SolidSpace> {
     pub of_walls: Rows,
     /// Ascending indices of the particles, then of the wall particles behind them, that have any pair.
     pub active: Vec<u32>,
-    released: usize,
-    radius: f64,
-    skin: f64,
-    built_at: Vec<S::Vector>,
-    walls_built_at: Vec<S::Vector>,
 }
 
-impl<S: SolidSpace> ContactLists<S> {
-    /// Lists that hold all pairs within `radius` \[m\] until they approach by more than `skin` \[m\].
-    pub fn new(radius: f64, skin: f64, particles: usize, walls: usize) -> Self {
+impl PairLists {
+    fn empty(particles: usize, walls: usize) -> Self {
         Self {
             bodies: Rows::empty(particles),
             walls: Rows::empty(particles),
             of_walls: Rows::empty(walls),
             active: Vec::new(),
-            released: 0,
-            radius,
-            skin,
-            built_at: Vec::new(),
-            walls_built_at: Vec::new(),
         }
     }
 
-    /// Rebuilds the lists if `positions` or `walls` have moved too far or a release occurred; returns whether it did.
+    /// What follows from `bodies` and `of_walls`, for `particles` particles and `walls` wall particles.
+    fn complete(&mut self, particles: usize, walls: usize) {
+        let Self { bodies, walls: of_particles, of_walls, active } = self;
+        of_walls.transpose_into(particles, of_particles);
+        let of_bodies =
+            (0..particles).filter(|i| !(bodies.of(*i).is_empty() && of_particles.of(*i).is_empty()));
+        let walls_in_contact = (0..walls).filter(|w| !of_walls.of(*w).is_empty()).map(|w| particles + w);
+        active.clear();
+        // Particles and wall particles of a run stay below 2^32.
+        active.extend(of_bodies.chain(walls_in_contact).map(|k| k as u32));
+    }
+}
+
+/// Distances within which pairs are wanted: of two bodies, and of a body and a wall \[m\].
+#[derive(Clone, Copy, Debug)]
+pub struct PairRadii {
+    pub bodies: f64,
+    pub walls: f64,
+}
+
+impl PairRadii {
+    /// The same distance \[m\] for both.
+    pub fn both(radius: f64) -> Self {
+        Self { bodies: radius, walls: radius }
+    }
+
+    /// The larger of each and `radius` \[m\].
+    pub fn at_least(self, radius: f64) -> Self {
+        Self { bodies: self.bodies.max(radius), walls: self.walls.max(radius) }
+    }
+
+    /// The larger of both \[m\].
+    pub fn largest(self) -> f64 {
+        self.bodies.max(self.walls)
+    }
+}
+
+/// Pairs that may be in contact, found in two steps: candidates by a search, and among them those that are near.
+#[derive(Debug)]
+pub struct ContactLists<S: SolidSpace> {
+    /// All pairs within the reach.
+    pub candidates: PairLists,
+    /// All pairs within the radii of contact.
+    pub near: PairLists,
+    reach: PairRadii,
+    contact: PairRadii,
+    skin: f64,
+    near_skin: f64,
+    /// How far a pair may approach after `found_at` until one may be missing \[m\].
+    slack: f64,
+    released: usize,
+    built_at: Places<S>,
+    found_at: Places<S>,
+}
+
+/// Positions of particles and wall particles \[m\].
+#[derive(Debug)]
+struct Places<S: SolidSpace> {
+    particles: Vec<S::Vector>,
+    walls: Vec<S::Vector>,
+}
+
+impl<S: SolidSpace> Places<S> {
+    fn new() -> Self {
+        Self { particles: Vec::new(), walls: Vec::new() }
+    }
+
+    fn copy_from(&mut self, particles: &[S::Vector], walls: &[S::Vector]) {
+        self.particles.clear();
+        self.particles.extend_from_slice(particles);
+        self.walls.clear();
+        self.walls.extend_from_slice(walls);
+    }
+
+    /// Most that a pair can have approached since \[m\]; infinite before the first copy.
+    fn approach(&self, domain: &Domain<S>, particles: &[S::Vector], walls: &[S::Vector]) -> f64 {
+        if self.particles.len() != particles.len() {
+            return f64::INFINITY;
+        }
+        let moved = largest_displacement(domain, particles, &self.particles);
+        moved + moved.max(largest_displacement(domain, walls, &self.walls))
+    }
+}
+
+impl<S: SolidSpace> ContactLists<S> {
+    /// Lists for `particles` particles a spacing of `spacing` \[m\] apart and `walls` wall particles, of contact within
+    /// `contact` and candidates within `reach`, which is no less.
+    pub fn new(spacing: f64, contact: PairRadii, reach: PairRadii, particles: usize, walls: usize) -> Self {
+        Self {
+            candidates: PairLists::empty(particles, walls),
+            near: PairLists::empty(particles, walls),
+            reach,
+            contact,
+            skin: CONTACT_SKIN * spacing,
+            near_skin: NEAR_SKIN * spacing,
+            slack: 0.0,
+            released: 0,
+            built_at: Places::new(),
+            found_at: Places::new(),
+        }
+    }
+
+    /// Makes the lists hold all pairs of `positions` and `walls`; returns whether it searched for candidates again, since
+    /// something has moved too far or was released.
     pub fn refresh<P, W>(
         &mut self,
         domain: &Domain<S>,
@@ -178,50 +285,64 @@ impl<S: SolidSpace> ContactLists<S> {
         W: Fn(usize, usize) -> bool,
     {
         let none = filter.particles.is_none() && walls.is_empty();
-        if none || self.released == filter.released && !self.stale(domain, positions, walls) {
+        let same = self.released == filter.released;
+        if none || same && self.found_at.approach(domain, positions, walls) <= self.slack {
             return false;
         }
-        let radius = self.radius + self.skin;
-        let grid = CellGrid::new(domain, positions, radius);
-        if let Some(may_be_in_contact) = &filter.particles {
-            let list = grid.list_among(domain, positions, radius);
-            self.bodies.fill(&list, may_be_in_contact);
+        let mut approach = self.built_at.approach(domain, positions, walls);
+        let is_stale = !same || approach > self.skin;
+        if is_stale {
+            self.search(domain, positions, walls, filter);
+            approach = 0.0;
         }
-        if !walls.is_empty() {
-            let list = grid.list(domain, walls, positions, radius);
-            self.of_walls.fill(&list, |w, i| (filter.walls)(i, w));
-            self.of_walls.transpose_into(positions.len(), &mut self.walls);
-        }
-        let Self { bodies, walls: of_particles, of_walls, active, .. } = self;
-        let particles =
-            (0..positions.len()).filter(|i| !(bodies.of(*i).is_empty() && of_particles.of(*i).is_empty()));
-        let walls_in_contact =
-            (0..walls.len()).filter(|w| !of_walls.of(*w).is_empty()).map(|w| positions.len() + w);
-        active.clear();
-        // Particles and wall particles of a run stay below 2^32.
-        active.extend(particles.chain(walls_in_contact).map(|k| k as u32));
-        self.released = filter.released;
-        self.built_at.clear();
-        self.built_at.extend_from_slice(positions);
-        self.walls_built_at.clear();
-        self.walls_built_at.extend_from_slice(walls);
-        true
+        self.slack = self.near_skin.min(self.skin - approach);
+        self.find_near(domain, positions, walls);
+        is_stale
     }
 
-    fn stale(&self, domain: &Domain<S>, positions: &[S::Vector], walls: &[S::Vector]) -> bool {
-        if self.built_at.len() != positions.len() {
-            return true;
+    /// Searches for candidates.
+    fn search<P, W>(
+        &mut self,
+        domain: &Domain<S>,
+        positions: &[S::Vector],
+        walls: &[S::Vector],
+        filter: &ContactFilter<P, W>,
+    ) where
+        P: Fn(usize, usize) -> bool,
+        W: Fn(usize, usize) -> bool,
+    {
+        let Self { candidates, reach, skin, .. } = self;
+        if let Some(may_be_in_contact) = &filter.particles {
+            let radius = reach.bodies + *skin;
+            let list = CellGrid::new(domain, positions, radius).list_among(domain, positions, radius);
+            candidates.bodies.fill(&list, may_be_in_contact);
         }
-        let moved = largest_displacement(domain, positions, &self.built_at);
-        let walls_moved = largest_displacement(domain, walls, &self.walls_built_at);
-        moved + moved.max(walls_moved) > self.skin
+        if !walls.is_empty() {
+            let radius = reach.walls + *skin;
+            let list = CellGrid::new(domain, positions, radius).list(domain, walls, positions, radius);
+            candidates.of_walls.fill(&list, |w, i| (filter.walls)(i, w));
+        }
+        candidates.complete(positions.len(), walls.len());
+        self.released = filter.released;
+        self.built_at.copy_from(positions, walls);
+    }
+
+    /// Takes over the candidates that are near.
+    fn find_near(&mut self, domain: &Domain<S>, positions: &[S::Vector], walls: &[S::Vector]) {
+        let Self { candidates, near, contact, slack, found_at, .. } = self;
+        let [bodies, of_walls] = [contact.bodies, contact.walls].map(|radius| (radius + *slack).powi(2));
+        let square = |a: &S::Vector, b: &S::Vector| domain.separation(a, b).norm_squared();
+        near.bodies.take_from(&candidates.bodies, |i, j| square(&positions[i], &positions[j]) <= bodies);
+        near.of_walls.take_from(&candidates.of_walls, |w, i| square(&walls[w], &positions[i]) <= of_walls);
+        near.complete(positions.len(), walls.len());
+        found_at.copy_from(positions, walls);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sph::space::Vector;
+    use sph::space::{Plane, Vector};
 
     #[test]
     fn transposed_rows_hold_the_same_pairs() {
@@ -243,6 +364,59 @@ mod tests {
         let expected = pairs(&rows, a.len());
         assert!(expected.len() > 20);
         assert_eq!(swapped, expected);
+    }
+
+    /// A block on wall particles and another that slides over it: each pair within the radius is listed at every step.
+    #[test]
+    fn near_pairs_are_found_among_candidates_as_blocks_pass() {
+        let domain: Domain =
+            Domain { lower: Vector::new(-20.0, -9.0), upper: Vector::new(20.0, 9.0), periodic: [false; 2] };
+        let at = |k: u32| Vector::new(f64::from(k % 6), f64::from(k / 6));
+        let walls: Vec<Vector> = (0..12).map(|k| Vector::new(f64::from(k), -1.1)).collect();
+        let (radius, reach) = (2.0, PairRadii::both(2.5));
+        let mut lists =
+            ContactLists::<Plane>::new(1.0, PairRadii { bodies: radius, walls: 1.5 }, reach, 36, walls.len());
+        let filter = ContactFilter {
+            particles: Some(|i: usize, j: usize| (i < 18) != (j < 18)),
+            walls: |_, _| true,
+            released: 0,
+        };
+        let (mut searches, mut counts) = (0, Vec::new());
+        for step in 0..200 {
+            let slid = Vector::new(0.1 * f64::from(step) - 10.0, 3.9);
+            let shaken = Vector::new(0.0, 0.1 * f64::from(step).sin());
+            let positions: Vec<Vector> =
+                (0..36).map(|k| if k < 18 { at(k) + shaken } else { at(k - 18) + slid }).collect();
+            searches += u32::from(lists.refresh(&domain, &positions, &walls, &filter));
+            let apart = |a: &Vector, b: &Vector| (a - b).norm();
+            let mut pairs = 0;
+            for (i, x_i) in positions.iter().enumerate() {
+                for (j, x_j) in positions.iter().enumerate() {
+                    let listed = lists.near.bodies.of(i).contains(&(j as u32));
+                    let is_pair = (i < 18) != (j < 18);
+                    assert!(listed || !is_pair || apart(x_i, x_j) > radius, "{step}: {i}, {j}");
+                    assert!(
+                        !listed || is_pair && apart(x_i, x_j) < radius + 2.0 * NEAR_SKIN,
+                        "{step}: {i}, {j}"
+                    );
+                    pairs += u32::from(listed);
+                }
+                for (w, x_w) in walls.iter().enumerate() {
+                    let listed = lists.near.walls.of(i).contains(&(w as u32));
+                    assert!(listed || apart(x_i, x_w) > 1.5, "{step}: {i}, wall {w}");
+                    assert_eq!(listed, lists.near.of_walls.of(w).contains(&(i as u32)));
+                }
+                let is_active = lists.near.active.contains(&(i as u32));
+                assert_eq!(
+                    is_active,
+                    !(lists.near.bodies.of(i).is_empty() && lists.near.walls.of(i).is_empty())
+                );
+            }
+            counts.push(pairs);
+        }
+        // A skin of 1 lasts for 10 steps of 0.1, or 5 where both sides count; blocks far apart have no pair.
+        assert!((20..=40).contains(&searches), "{searches}");
+        assert!(counts[0] == 0 && counts[100] > 20 && counts[199] == 0, "{counts:?}");
     }
 
     #[test]

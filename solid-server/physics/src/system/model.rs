@@ -13,6 +13,7 @@ use crate::contact::repulsion::Repulsion;
 use crate::contact::sums::SumContact;
 use crate::formulations::body::Body;
 use crate::formulations::formulation::BodyConstants;
+use crate::neighbours::lists::PairRadii;
 use crate::neighbours::material_point::MaterialPoint;
 use crate::particles::constants::ParticleConstants;
 use crate::space::SolidSpace;
@@ -53,11 +54,11 @@ pub enum Probe<S: SolidSpace> {
 }
 
 impl ContactModel {
-    /// Distance within which particles of different owners interact \[m\].
-    pub fn radius(&self) -> f64 {
+    /// Distances within which particles of different owners interact.
+    pub fn radii(&self) -> PairRadii {
         match self {
-            Self::Repulsion(law) => law.fields.support(),
-            Self::Sums(sums) => sums.support_radius,
+            Self::Repulsion(law) => law.fields.radii(),
+            Self::Sums(sums) => PairRadii::both(sums.support_radius),
         }
     }
 

@@ -73,16 +73,10 @@ pub fn evaluate_pairs<S: SolidSpace>(model: &SolidModel<S>, workspace: &mut Work
 /// Contact of bodies with each other and with walls.
 fn evaluate_contact<S: SolidSpace>(model: &SolidModel<S>, workspace: &mut Workspace<S>, at: f64) {
     let Workspace {
-        stage,
-        stress,
-        sums,
-        contact_forces: contact,
-        contact_lists: lists,
-        walls,
-        wall_pressure,
-        ..
+        stage, stress, sums, contact_forces: contact, contact_lists, walls, wall_pressure, ..
     } = workspace;
     let (domain, constants, bodies) = (&model.domain, &model.particles, &model.bodies[..]);
+    let lists = &contact_lists.near;
     match &model.contact {
         ContactModel::Repulsion(law) => {
             let at = ContactStage { domain, constants, bodies, at, stage, lists, walls };

@@ -20,8 +20,8 @@ pub const OWN_SKIN: f64 = 0.3;
 /// Skin in particle spacings \[-\] of the candidates of contact: the search for them is costly.
 pub const CONTACT_SKIN: f64 = 1.0;
 
-/// Skin in particle spacings \[-\] of contact lists, which are found among the candidates. Less than what parts of one body
-/// that just count as distant are farther apart than contact reaches, half a spacing and more: most of a body at rest has no pair.
+/// Skin in particle spacings \[-\] of contact lists, which are found among the candidates. Distant parts of a body at rest are half a
+/// spacing or more beyond the reach of contact, so that with this skin they are no pairs.
 const NEAR_SKIN: f64 = 0.25;
 
 /// Rows of ascending neighbour indices that keep their allocations.

@@ -28,9 +28,9 @@ use crate::space::SolidSpace;
 /// The forces are minus the derivative of Σ Ψ(D_s), plus damping. Each is along x_sj and has its opposite on j, so
 /// momentum and angular momentum are kept; together they are normal to the smoothed face. κ is half of the given
 /// fraction k of the softer body's bulk modulus, a wall being the stiffer side, since the particles of both sides
-/// penetrate the other. ζ is a fraction of critical damping for the reduced mass m of two particles. The force sets
-/// in without a jump and stiffens without bound up to where rows coincide, so that bodies do not pass through each
-/// other. Friction is that of [`Friction`].
+/// penetrate the other. ζ is a fraction of critical damping for the reduced mass m of the particle and the heaviest of the
+/// other body. The force sets in without a jump and stiffens without bound up to where rows coincide, so that bodies do not
+/// pass through each other. Friction is that of [`Friction`].
 ///
 /// A particle that lies in another body or wall as they are laid out, by δ₀, has depth δ − δ₀ and contact distance d − δ₀.
 #[derive(Clone, Debug)]

@@ -12,4 +12,5 @@ pub mod residual_approach;
 pub mod stress;
 pub mod terms;
 pub mod viscosity;
+pub mod voids;
 pub mod volume;

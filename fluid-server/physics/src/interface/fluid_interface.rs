@@ -17,6 +17,7 @@ use crate::equations::anti_pairing::Ratio;
 use crate::equations::continuity::density_rate;
 use crate::equations::diffusion::{bracketed, plain};
 use crate::equations::neighbour_sums::NeighbourSums;
+use crate::equations::voids::{Void, lossy};
 use crate::neighbours::scene::Scene;
 use crate::rates::gradient_pass::PartnerDensity;
 use crate::rates::gradients::Gradients;
@@ -321,19 +322,29 @@ impl<S: FluidSpace> FluidInterface<S> {
             } else {
                 S::splat(0.0)
             };
-            let (mut continuity, mut exchange) = (0.0, 0.0);
+            let sums = gradients.regularisation.get(i);
+            let void = sums.and_then(|sums| Void::shown_by(model, &sums.concentration));
+            let (mut continuity, mut near, mut exchange) = (0.0, 0.0, 0.0);
             for (s, dummy) in interface.solids_near(k) {
                 let d = domain.separation(&own.position[k], &partner.position[s]);
                 let square = d.norm_squared();
                 let gradient_factor =
                     model.cross_gradient_scale * model.kernel.gradient_factor(square.sqrt());
                 let weight = dummy.mass / dummy.density * gradient_factor;
-                continuity += weight * (own.velocity[k] - dummy.velocity).dot(&d);
+                let divergence = weight * (own.velocity[k] - dummy.velocity).dot(&d);
+                continuity += divergence;
+                if let Some(void) = &void {
+                    near += void.of_solid(&d, divergence);
+                }
                 let share = square / model.law.viscosity.softened(square);
                 let psi = plain(2.0 * rho, dummy.density, share);
                 exchange += weight * bracketed::<S, f64>(psi, S::scaled(gradient, 2.0), S::components(&d));
             }
-            let flow = flux * density_rate(rho, -continuity);
+            let mut flow = density_rate(rho, -continuity);
+            if void.is_some() {
+                flow += lossy(density_rate(rho, -near) - flow, own.pressure[k]);
+            }
+            let flow = flux * flow;
             *rate = [flow + diffusion * exchange, flow];
         });
         if part != StagePart::Momentum {

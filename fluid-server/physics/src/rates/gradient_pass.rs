@@ -20,6 +20,7 @@ use crate::equations::neighbour_sums::{
 };
 use crate::equations::stress::{dissipation, momentum_tensor, transposed_stress, viscous_stress};
 use crate::equations::viscosity::corrected;
+use crate::equations::voids::Void;
 use crate::free_surface::detection::Surface;
 use crate::free_surface::shifting::RegularisationSums;
 use crate::neighbours::batch::NeighbourBatch;
@@ -243,7 +244,9 @@ fn finish<S: FluidSpace, G: Geometry<S>>(
     };
     let density_rate = if model.is_leapfrog() {
         let divergence = S::trace(S::matrix_times_symmetric(sums.velocity, correction));
-        density_rate(scene.fluid[i].density(), divergence)
+        let plain = density_rate(scene.fluid[i].density(), divergence);
+        let void = Void::shown_by(model, &regularisation.concentration);
+        void.map_or(plain, |void| void.density_rate(scene, i, plain))
     } else {
         0.0
     };

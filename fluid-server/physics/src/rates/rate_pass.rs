@@ -18,6 +18,7 @@ use crate::boundary::repulsion::wall_repulsion;
 use crate::equations::continuity::density_rate;
 use crate::equations::pair::{LawLanes, PairTotals};
 use crate::equations::terms::{ActiveTerms, ForceTerms, PairTerms, TermsPass};
+use crate::equations::voids::Void;
 use crate::free_surface::shifting::{self, Regularisation};
 use crate::neighbours::placement::Needs;
 use crate::system::model::{FluidModel, Viscosity};
@@ -173,7 +174,12 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                         shifting::regularise::<S, L, G>(order, scene, i, all, near, sums, excess)
                             .advected(sums, &strain);
                 }
-                let continuity = density_rate(rho, -(sums.continuity + walls.continuity));
+                let mut continuity = density_rate(rho, -(sums.continuity + walls.continuity));
+                if let (true, Some(sums)) = (T::CONTINUITY, gradients.regularisation.get(i))
+                    && let Some(void) = Void::shown_by(model, &sums.concentration)
+                {
+                    continuity = void.density_rate(scene, i, continuity);
+                }
                 let damped = scene.fluid[i].velocity() * damping;
                 rates[k] = Rates {
                     acceleration: by_fluid + by_walls + body - damped + regularisation.acceleration,

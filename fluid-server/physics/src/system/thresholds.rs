@@ -94,6 +94,17 @@ thresholds! {
     /// |ρ/ρ₀ − 1| of a lone particle up to which it is left alone \[-\]: what rest and waves do to density.
     LONE_COMPRESSION = 0.01, "volume_correction.lone_compression",
         "relative change of the density of a lone particle that is not relaxed [-]";
+    /// h |Σ V_j ∇W| of a particle up to which the neighbours surround it \[-\]: disorder reaches 0.1. It is 0.16 where a row faces
+    /// another across a gap of a quarter of a spacing, 0.31 at half a spacing and 0.58 at a free surface; so in the plane as in
+    /// space.
+    LEAST_VOID_GRADIENT = 0.1, "voids.least_gradient",
+        "h times the sum of V grad W of a particle, up to which its neighbours surround it [-]";
+    /// The same from which on what lies beyond a void does not count in Eq. (17) \[-\].
+    FULL_VOID_GRADIENT = 0.3, "voids.full_gradient",
+        "the same from which on neighbours beyond the void do not count in Eq. (17) [-]";
+    /// Cosine of the angle to the direction of a void from which on a neighbour lies beyond it \[-\].
+    VOID_COSINE = 0.5, "voids.beyond_cosine",
+        "cosine of the angle to the direction of a void, from which on a neighbour lies beyond it [-]";
     /// Largest tension −p that the tensile control removes, in ρ₀c₀² \[-\]. It is not conservative: the tension of a
     /// closing void would return as motion. Flows of a tenth of c₀ stay below a few thousandths.
     LARGEST_TENSION = 1e-3, "tensile_control.largest_tension",

@@ -2,6 +2,7 @@
 
 use std::cell::OnceCell;
 use std::ops::AddAssign;
+use std::sync::Arc;
 
 use sph::coupling::ledger::Energies;
 use sph::neighbours::CellGrid;
@@ -14,12 +15,16 @@ use sph::sums::{Numbers, ordered_sum};
 use crate::system::model::{FluidModel, Parallelogram, Probe, Segment};
 use crate::system::state::FluidState;
 use crate::system::tasks::sum_over_particles;
+use crate::system::walls::place;
 
 sph::constants! {
     const LINK_LENGTH: f64 = 1.5, "probes.link_length",
         "distance below which particles belong to one connected body of fluid, in spacings [-]";
     const FRONT_PERCENTILE: f64 = 0.995, "probes.front_percentile",
         "share of the connected fluid that lies behind the reported front [-]";
+    /// Half of it is left at a surface; disorder takes a little more.
+    const WET_SHARE: f64 = 0.4, "probes.wet_share",
+        "share of fluid in the space that walls leave around a point, from which on the point counts as wet [-]";
     /// Errors of the integral below 0.1 %.
     const FLUX_INTERVALS: u32 = 32, "probes.flux_intervals",
         "intervals of the midpoint rule across the support of a particle in a flow rate [-]";
@@ -42,9 +47,11 @@ pub fn values<S: Space>(
 ) {
     let connected = OnceCell::new();
     let connected = || connected.get_or_init(|| connected_fluid(model, state));
+    let walls = OnceCell::new();
+    let walls = || walls.get_or_init(|| ActingWalls::new(model, time));
     for probe in &model.probes {
         match probe {
-            Probe::Point(x) => point(model, state, time, x, values),
+            Probe::Point(x) => point(model, state, walls(), time, x, values),
             Probe::FlowRate(segment) => values.push(flow_rate(model, state, segment)),
             // Prepared as probes of their own when the model is built.
             Probe::SurfaceFlux(surface) => values.push(surface_flux(model, state, surface)),
@@ -72,17 +79,49 @@ pub fn values<S: Space>(
     }
 }
 
+/// Wall particles that act at a time.
+struct ActingWalls<S: Space> {
+    /// Where they are \[m\].
+    position: Arc<Vec<S::Vector>>,
+    /// Time \[s\].
+    time: f64,
+}
+
+impl<S: Space> ActingWalls<S> {
+    fn new(model: &FluidModel<S>, time: f64) -> Self {
+        let mut position = Arc::default();
+        place(&mut position, &model.walls, &model.domain, time);
+        Self { position, time }
+    }
+
+    /// Share of the support of `x` that they fill \[-\].
+    fn share(&self, model: &FluidModel<S>, x: &S::Vector) -> f64 {
+        let walls = &model.walls;
+        let volume = walls.mass / model.constants.rest_density;
+        let weight = |(x_w, wall): (&S::Vector, &u32)| {
+            let distance = model.domain.separation(x, x_w).norm();
+            let near = distance < model.kernel.support_radius() && walls.acts(*wall, self.time);
+            if near { volume * model.kernel.value(distance) } else { 0.0 }
+        };
+        self.position.iter().zip(&walls.wall).map(weight).sum()
+    }
+}
+
 /// Pressure and velocity at `x` at `time` \[s\]; zero where no fluid is within support.
 ///
 /// ```text
-/// p(x) = Σ w_j [p_j + ρ_j f·(x − x_j)] / Σ w_j,   v(x) = Σ w_j v_j / Σ w_j,   w_j = V_j W(|x − x_j|)
+/// p(x) = c Σ w_j [p_j + ρ_j f·(x − x_j)] / Σ w_j,   v(x) = Σ w_j v_j / Σ w_j,   w_j = V_j W(|x − x_j|)
 /// ```
-/// The pressure is that of a wall particle at rest, Eq. (28). Next to a wall the fluid lies to one side, and the mean of p_j
-/// alone is the pressure farther in. A linear fit is exact there without the body force f, but doubles what scatters between
-/// neighbours.
+/// But for c the pressure is that of a wall particle at rest, Eq. (28). Next to a wall the fluid lies to one side, and the mean
+/// of p_j alone is the pressure farther in. A linear fit is exact there without the body force f, but doubles what scatters
+/// between neighbours.
+///
+/// c = min(1, Σ w_j / (0.4 (1 − Σ_w V_w W))), with the second sum over walls: a point two spacings above the water does not read
+/// the pressure of the drop that comes nearest.
 fn point<S: Space>(
     model: &FluidModel<S>,
     state: &FluidState<S>,
+    walls: &ActingWalls<S>,
     time: f64,
     x: &S::Vector,
     values: &mut Vec<f64>,
@@ -101,7 +140,8 @@ fn point<S: Space>(
         }
     }
     if weight > 0.0 {
-        pressure /= weight;
+        let left = (1.0 - walls.share(model, x)).max(0.0);
+        pressure /= weight.max(WET_SHARE * left);
         velocity = velocity / weight;
     }
     values.push(pressure);

@@ -3,10 +3,10 @@
 use sph::coupling::driver::{Command, Event, Link};
 use sph::coupling::ledger::EnergyAccount;
 use sph::coupling::solver::Solver;
-use sph::setup::{FluidProbe, FluidProbeKind, StepPolicy};
+use sph::setup::{FluidProbe, FluidProbeKind, StepPolicy, WallCondition};
 use sph::space::Vector;
 
-use super::support::{add_block, add_particle, dam_break, empty_scene, run, solver};
+use super::support::{add_block, add_floor, add_particle, dam_break, empty_scene, run, solver};
 
 fn probe(kind: FluidProbeKind) -> FluidProbe {
     FluidProbe { name: "probe".into(), kind }
@@ -37,8 +37,9 @@ fn front_and_level_follow_the_connected_fluid_only() {
 #[test]
 fn a_point_probe_follows_the_body_force_to_faces_and_corners_and_is_zero_where_dry() {
     let mut setup = empty_scene(0.02);
-    // Faces at 0.1 and 0.5 m, 0.1 and 0.3 m.
+    // Faces at 0.1 and 0.5 m, 0.1 and 0.3 m, on a floor.
     add_block(&mut setup, Vector::new(0.1, 0.1), 20, 10);
+    add_floor(&mut setup, 0.04, 0.1, 26, WallCondition::Slip);
     setup.particles.velocity.fill(Vector::new(0.5, -0.25));
     setup.run.body_force.gravity = Vector::new(0.0, -10.0);
     setup.run.body_force.expressions = Some(["2*t".into(), "0".into()]);
@@ -46,9 +47,10 @@ fn a_point_probe_follows_the_body_force_to_faces_and_corners_and_is_zero_where_d
     let force = Vector::new(3.0, -10.0);
     // Water so stiff that its density is that at rest within 1e-7; the mean takes it to be uniform.
     setup.parameters.sound_speed = 1e4;
-    let places = [(0.3, 0.2), (0.3, 0.1), (0.1, 0.1), (0.07, 0.2)].map(|(x, y)| Vector::new(x, y));
-    let dry = Vector::new(0.8, 0.8);
-    setup.probes = places.iter().chain([&dry]).map(|x| probe(FluidProbeKind::Point(*x))).collect();
+    let places = [(0.3, 0.2), (0.3, 0.1), (0.1, 0.1), (0.1, 0.2)].map(|(x, y)| Vector::new(x, y));
+    // Without water, and a spacing and a half beside it.
+    let dry = [Vector::new(0.8, 0.8), Vector::new(0.07, 0.2)];
+    setup.probes = places.iter().chain(&dry).map(|x| probe(FluidProbeKind::Point(*x))).collect();
     let pressure = |x: &Vector| 1000.0 * force.dot(&(x - Vector::new(0.1, 0.3)));
     let equation_of_state = solver(setup.clone()).model.equation_of_state;
     let particles = &mut setup.particles;
@@ -61,6 +63,8 @@ fn a_point_probe_follows_the_body_force_to_faces_and_corners_and_is_zero_where_d
         assert!((Vector::new(row[1], row[2]) - Vector::new(0.5, -0.25)).norm() < 1e-12, "{row:?}");
     }
     assert_eq!(values[12..15], [0.0; 3]);
+    let beside = values[15] / pressure(&dry[1]);
+    assert!((0.0..0.05).contains(&beside), "{beside}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use sph::coupling::solver::Solver;
 use sph::setup::{FluidParameters, FluidProbe, FluidProbeKind, FluidScheme, FluidSetup, WallCondition};
 use sph::space::tensors::SpaceVector;
-use sph::space::{Plane, Space, Spatial, Vector};
+use sph::space::{Plane, Spatial, Vector};
 
 use super::spatial::add_container;
 use super::support::{add_block, add_floor, add_lattice, empty_scene, empty_scene_in, evaluate, run, solver};

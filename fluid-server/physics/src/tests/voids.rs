@@ -103,7 +103,7 @@ fn impulse_of_pressure(rows: usize) -> f64 {
 fn the_pressure_of_an_impact_is_the_force_on_the_wall() {
     for rows in [3, 8] {
         let impulse = impulse_of_pressure(rows);
-        // The sum of V p ∇W over disordered rows is a few percent off; it was 1.6 to 1.9 with voids as water.
+        // Rows that arrive one by one are compressed unevenly; it was 1.6 to 1.9 with voids as water.
         assert!((impulse - 1.0).abs() < 0.25, "{impulse} of {rows} rows");
     }
 }

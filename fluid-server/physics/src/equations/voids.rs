@@ -1,7 +1,7 @@
 //! Continuity next to a void.
 //!
 //! Eq. (17) takes all of the support for fluid. Where a front comes near a wall, or two surfaces near each other, it counts the
-//! gap between them as fluid that is compressed: the front stops two thirds of a spacing too early, and its pressure is up to
+//! gap between them as fluid that is compressed: the front stops about half a spacing too early, and its pressure is up to
 //! twice the force on the wall. Where they part, it counts the gap as tension.
 
 use sph::lanes::{LanePass, Lanes};

@@ -62,8 +62,8 @@ pub struct Span {
 impl Span {
     /// Each cell of the run.
     #[inline]
-    pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
-        (self.first..self.first + self.length).map(|k| k % self.count)
+    pub fn iter(self) -> impl Iterator<Item = usize> {
+        (self.first..self.first + self.length).map(move |k| k % self.count)
     }
 }
 

@@ -223,19 +223,21 @@ impl<S: Space> CellGrid<S> {
         }
         let radius_squared = radius * radius;
         let x = &domain.wrapped(x);
-        let cell = self.cell(x);
-        let columns = self.span(cell, 0);
-        for row in self.rows(cell) {
-            for column in columns.iter() {
-                let cell = row + column;
-                for &j in &self.entries[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
-                    let x_ij = domain.separation(x, &sources[j as usize]);
-                    if x_ij.norm_squared() < radius_squared && own != Some(j as usize) {
-                        found.push(j);
-                    }
+        for cell in self.cells_around(x) {
+            for &j in &self.entries[self.of_cell(cell)] {
+                let x_ij = domain.separation(x, &sources[j as usize]);
+                if x_ij.norm_squared() < radius_squared && own != Some(j as usize) {
+                    found.push(j);
                 }
             }
         }
+    }
+
+    /// Cells that hold all sources that can lie within the radius of `x`, a position inside the box along periodic directions.
+    pub(super) fn cells_around(&self, x: &S::Vector) -> impl Iterator<Item = usize> {
+        let cell = self.cell(x);
+        let columns = self.span(cell, 0);
+        self.rows(cell).flat_map(move |row| columns.iter().map(move |column| row + column))
     }
 
     /// Cells along `axis` that can hold neighbours of a particle in `cell`.

@@ -1,5 +1,6 @@
 //! Cell-linked neighbour search, exact in periodic directions.
 
+mod bodies;
 mod cells;
 mod grid;
 mod list;
@@ -9,6 +10,7 @@ use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
 use crate::tasks::largest;
 
+pub use bodies::largest_body;
 pub use cells::{Cell, Cells, Ranges};
 pub use grid::{CellGrid, bounds};
 pub use list::NeighbourList;

@@ -100,6 +100,44 @@ fn targets_outside_the_sources_are_found() {
     assert_eq!(list.of(0), [0]);
 }
 
+/// The body that [`largest_body`] finds, by passing the lowest index along all links until none changes.
+fn largest_by_labels<S: Space>(domain: &Domain<S>, positions: &[S::Vector], link: f64) -> Vec<u32> {
+    let links = brute_force(domain, positions, positions, link, true);
+    let mut labels: Vec<u32> = (0..positions.len() as u32).collect();
+    loop {
+        let lowest = |i: usize| links[i].iter().map(|j| labels[*j as usize]).fold(labels[i], u32::min);
+        let next: Vec<u32> = (0..labels.len()).map(lowest).collect();
+        if next == labels {
+            break;
+        }
+        labels = next;
+    }
+    let of = |label: u32| (0..labels.len() as u32).filter(|i| labels[*i as usize] == label).collect();
+    // Of equal sizes `max_by_key` takes the last.
+    (0..labels.len() as u32).rev().map(of).max_by_key(|body: &Vec<u32>| body.len()).unwrap_or_default()
+}
+
+fn largest_body_equals_labels<S: Space>(link: f64) {
+    for sides in [false, true] {
+        let lower = S::Vector::repeat(0.2);
+        let domain = Domain::<S> { lower, upper: lower + S::Vector::repeat(1.0), periodic: S::splat(sides) };
+        for (seed, link) in [(1, 0.5 * link), (2, link), (3, 1.3 * link), (4, 2.0 * link)] {
+            let positions = scatter(&domain, 300, seed);
+            let mut body = largest_body(&domain, &positions, link);
+            body.sort_unstable();
+            assert_eq!(body, largest_by_labels(&domain, &positions, link), "{link}");
+        }
+    }
+    assert!(largest_body(&unit_box::<S>(), &[], 0.1).is_empty());
+}
+
+#[test]
+fn the_largest_body_is_what_links_connect() {
+    // About the distance at which 300 points of a unit box become one body.
+    largest_body_equals_labels::<Plane>(0.065);
+    largest_body_equals_labels::<Spatial>(0.12);
+}
+
 /// A box of edge 1 m without periodic sides.
 fn unit_box<S: Space>() -> Domain<S> {
     Domain { lower: S::Vector::zeros(), upper: S::Vector::repeat(1.0), periodic: S::splat(false) }

@@ -5,7 +5,7 @@ use std::ops::AddAssign;
 use std::sync::Arc;
 
 use sph::coupling::ledger::Energies;
-use sph::neighbours::CellGrid;
+use sph::neighbours::largest_body;
 use sph::setup::FluidProbeKind;
 use sph::space::Space;
 use sph::space::components::Components;
@@ -22,7 +22,7 @@ sph::constants! {
         "distance below which particles belong to one connected body of fluid, in spacings [-]";
     const FRONT_PERCENTILE: f64 = 0.995, "probes.front_percentile",
         "share of the connected fluid that lies behind the reported front [-]";
-    /// Half of it is left at a surface; disorder takes a little more.
+    /// Half of it is left at a surface, and at the face of a solid; disorder takes a little more.
     const WET_SHARE: f64 = 0.4, "probes.wet_share",
         "share of fluid in the space that walls leave around a point, from which on the point counts as wet [-]";
     /// Errors of the integral below 0.1 %.
@@ -46,7 +46,8 @@ pub fn values<S: Space>(
     values: &mut Vec<f64>,
 ) {
     let connected = OnceCell::new();
-    let connected = || connected.get_or_init(|| connected_fluid(model, state));
+    let link = LINK_LENGTH * model.constants.particle_spacing;
+    let connected = || connected.get_or_init(|| largest_body(&model.domain, &state.position, link));
     let walls = OnceCell::new();
     let walls = || walls.get_or_init(|| ActingWalls::new(model, time));
     for probe in &model.probes {
@@ -233,35 +234,6 @@ fn front<S: Space>(state: &FluidState<S>, connected: &[u32]) -> f64 {
     // Rank from 1; exact for any count far below 2^53.
     let rank = (FRONT_PERCENTILE * x.len() as f64).ceil() as usize;
     x.get(rank.saturating_sub(1)).copied().unwrap_or(f64::NAN)
-}
-
-/// Indices of the largest set of particles connected by links of [`LINK_LENGTH`] spacings.
-fn connected_fluid<S: Space>(model: &FluidModel<S>, state: &FluidState<S>) -> Vec<u32> {
-    let link = LINK_LENGTH * model.constants.particle_spacing;
-    let (domain, position) = (&model.domain, &state.position);
-    let links = CellGrid::new(domain, position, link).list_among(domain, position, link);
-    let mut visited = vec![false; state.len()];
-    let mut largest = Vec::new();
-    for (seed, start) in (0u32..).zip(0..state.len()) {
-        if visited[start] {
-            continue;
-        }
-        visited[start] = true;
-        let mut body = vec![seed];
-        let mut next = 0;
-        while let Some(&i) = body.get(next) {
-            next += 1;
-            for &j in links.of(i as usize) {
-                if !std::mem::replace(&mut visited[j as usize], true) {
-                    body.push(j);
-                }
-            }
-        }
-        if body.len() > largest.len() {
-            largest = body;
-        }
-    }
-    largest
 }
 
 /// Sums over the particles of a region or of all fluid.

@@ -19,7 +19,7 @@ use crate::system::packed_particle::{FluidSpace, Packed};
 pub struct Void<S: FluidSpace> {
     /// Unit vector toward it, that of −Σ V_j ∇W.
     direction: S::Vector,
-    /// Share of it in the rates: 1 from a width of half a spacing on \[-\].
+    /// Share of it in the rates: 1 from a width of about two thirds of a spacing on \[-\].
     share: f64,
 }
 
@@ -28,7 +28,7 @@ impl<S: FluidSpace> Void<S> {
     /// case computes no such sums.
     ///
     /// ```text
-    /// share = clamp((h |Σ V_j ∇W| − 0.1)/0.2, 0, 1)
+    /// share = clamp((h |Σ V_j ∇W| − 0.2)/0.2, 0, 1)
     /// ```
     #[inline(always)]
     pub fn shown_by(model: &FluidModel<S>, concentration: &S::Vector) -> Option<Self> {

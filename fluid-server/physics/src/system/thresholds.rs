@@ -96,11 +96,11 @@ thresholds! {
         "relative change of the density of a lone particle that is not relaxed [-]";
     /// h |Σ V_j ∇W| of a particle up to which the neighbours surround it \[-\]. It is 0.16 where a row faces another across a gap
     /// of a quarter of a spacing, 0.31 at half a spacing and 0.58 at a free surface, in the plane as in space. With 0.05 disorder
-    /// under a jet on a plate counts as void and feeds energy to the water; a stretched lattice that buckles exceeds 0.1.
-    LEAST_VOID_GRADIENT = 0.1, "voids.least_gradient",
+    /// under a jet on a plate counts as void and feeds energy to the water, with 0.1 that of a stretched lattice that buckles.
+    LEAST_VOID_GRADIENT = 0.2, "voids.least_gradient",
         "h times the sum of V grad W of a particle, up to which its neighbours surround it [-]";
     /// The same from which on what lies beyond a void does not count in Eq. (17) \[-\].
-    FULL_VOID_GRADIENT = 0.3, "voids.full_gradient",
+    FULL_VOID_GRADIENT = 0.4, "voids.full_gradient",
         "the same from which on neighbours beyond the void do not count in Eq. (17) [-]";
     /// Cosine of the angle to the direction of a void from which on a neighbour lies beyond it \[-\].
     VOID_COSINE = 0.5, "voids.beyond_cosine",

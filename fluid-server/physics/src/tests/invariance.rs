@@ -7,9 +7,10 @@ use sph::space::domain::Domain;
 
 use super::support::{ORDERED, dam_break, random_patch, run, solver, variants};
 use crate::FluidSolver;
+use crate::system::packed_particle::FluidSpace;
 
 /// (position, velocity, density) of each particle by id.
-fn by_id(solver: &FluidSolver) -> Vec<(Vector, Vector, f64)> {
+pub(super) fn by_id<S: FluidSpace>(solver: &FluidSolver<S>) -> Vec<(S::Vector, S::Vector, f64)> {
     let state = &solver.state;
     let mut order: Vec<usize> = (0..state.len()).collect();
     order.sort_by_key(|i| state.id[*i]);

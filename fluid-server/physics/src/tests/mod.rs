@@ -20,6 +20,7 @@ mod settling;
 mod shifting;
 mod spatial;
 mod support;
+mod turned;
 mod voids;
 mod volume;
 mod volume_at_solids;

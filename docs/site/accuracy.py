@@ -1,7 +1,7 @@
-"""The figure and table of `accuracy.md`: errors against goals, read from the tables of verification.md.
+"""The figure and table of `accuracy.md`, and the table of README.md: errors against goals, read from the tables of verification.md.
 
     python3 docs/site/accuracy.py            make them again
-    python3 docs/site/accuracy.py --check    fail unless the table is that of verification.md
+    python3 docs/site/accuracy.py --check    fail unless the tables are those of verification.md
 
 A row counts where goal and measured value are both percentages or both plain numbers. Several goals of a row, "1 %, 0.5 %", go with as many measured values; where there is one goal, the largest
 value counts.
@@ -17,6 +17,26 @@ from tidelock.plots import Plot
 DOCS = pathlib.Path(__file__).resolve().parents[1]
 # Marks of the generated part of the page.
 BEGIN, END = "<!-- made by docs/site/accuracy.py -->", "<!-- end -->"
+# Figures of README.md: what it calls them, and case, resolution and figure of their row.
+HIGHLIGHTS = {
+    "Poiseuille flow, Re 10: profile": ("Poiseuille, Re 10", "H/Δx 40", "largest error of the profile"),
+    "stretched drop: semi-axes": ("drop", "R/Δx 40", "short and long semi-axis"),
+    "standing wave, Re 250: decay, period": (
+        "standing wave, Re 250, 8 periods, A/H 0.05",
+        "H/Δx 100",
+        "decay, period",
+    ),
+    "jet on a plate: force": ("jet on a plate, c₀ = 20 U", "b/Δx 10, 20, 40", "mean force over ρU²b, from 0.3 s on"),
+    "cantilever of Gray et al.: period": ("cantilever", "20 across", "period"),
+    "floating block, density over water's: draught": ("Draught", "0.5 free", "draught"),
+    "sphere let go under water: acceleration": ("`falling_sphere`", "R/Δx 8", "acceleration after the release"),
+    "round rod: torsional frequency": ("`torsion_rod`, free", "8, 12 across", "frequency"),
+    "drifting body: imbalance of force across the interface, of the sum of magnitudes": (
+        "The drifting-body case",
+        "2 mm",
+        "largest imbalance of force, of gross",
+    ),
+}
 # Smaller shares are drawn there.
 FLOOR = 1e-4
 NUMBER = re.compile(r"[−+-]?\d+(?:\.\d+)?(?:e[−-]?\d+)?")
@@ -118,6 +138,23 @@ def draw(found):
     return images.save(plot, DOCS / "pictures" / "accuracy.png", 1000)
 
 
+def between_marks(page, lines):
+    """Text of `page` and the same with `lines` between its marks."""
+    text = page.read_text(encoding="utf-8")
+    head, rest = text.split(BEGIN)
+    return text, head + "\n".join([BEGIN, "", *lines, "", END]) + rest.split(END)[1]
+
+
+def highlights(found):
+    """Lines of the table of README.md."""
+    measured = {row[:3]: row[4] for row in found}
+    missing = [row for row in HIGHLIGHTS.values() if row not in measured]
+    if missing:
+        sys.exit(f"docs/site/accuracy.py: docs/verification.md has no row {missing[0]}; mend HIGHLIGHTS")
+    named = [f"| {name} | {row[1]} | {measured[row].strip()} |" for name, row in HIGHLIGHTS.items()]
+    return ["| case | resolution | error |", "|---|---|---|", *named]
+
+
 def main():
     found = rows()
     met = sum(1 for row in found if row[-1] <= 1)
@@ -126,16 +163,16 @@ def main():
     for case, resolution, figure, goal, measured, share in found:
         shown = f"{share:.2g}" if share <= 1 else f"**{share:.2g}**"
         lines.append(f"| {case} | {resolution} | {figure} | {goal} | {measured} | {shown} |")
-    page = DOCS / "accuracy.md"
-    text = page.read_text(encoding="utf-8")
-    head, rest = text.split(BEGIN)
-    made = head + "\n".join([BEGIN, "", *lines, "", END]) + rest.split(END)[1]
+    pages = {DOCS / "accuracy.md": lines, DOCS.parent / "README.md": highlights(found)}
+    made = {page: between_marks(page, lines) for page, lines in pages.items()}
     if sys.argv[1:] == ["--check"]:
-        if made != text:
-            sys.exit("docs/accuracy.md: not the table of docs/verification.md; run `python3 docs/site/accuracy.py`")
+        for page, (was, now) in made.items():
+            if was != now:
+                sys.exit(f"{page.name}: not the table of docs/verification.md; run `python3 docs/site/accuracy.py`")
         return
     size = draw(found)
-    page.write_text(made, encoding="utf-8")
+    for page, (_, now) in made.items():
+        page.write_text(now, encoding="utf-8")
     print(f"{len(found)} figures, {met} meet their goal; picture of {size} bytes")
 
 

@@ -28,7 +28,7 @@ HIGHLIGHTS = {
     ),
     "jet on a plate: force": ("jet on a plate, c₀ = 20 U", "b/Δx 10, 20, 40", "mean force over ρU²b, from 0.3 s on"),
     "cantilever of Gray et al.: period": ("cantilever", "20 across", "period"),
-    "floating block, density over water's: draught": ("Draught", "0.5 free", "draught"),
+    "block of half the density of water, floating freely: draught": ("Draught", "0.5 free", "draught"),
     "sphere let go under water: acceleration": ("`falling_sphere`", "R/Δx 8", "acceleration after the release"),
     "round rod: torsional frequency": ("`torsion_rod`, free", "8, 12 across", "frequency"),
     "drifting body: imbalance of force across the interface, of the sum of magnitudes": (

@@ -78,8 +78,8 @@ mod tests {
             let step = At { value: time_step_s, place: Default::default() };
             strength(&fluid, &StepTable::Fixed { time_step_s: step })
         };
-        // 0.8 · 1.2 h/((√(1 + r) + 0.1) c₀) = Δt at r = 0, 0.2 and 1.
-        let at = |strength: f64| 0.8 * 1.2 * 0.01 / (((1.0 + strength).sqrt() + 0.1) * 10.0);
+        // 0.8 · 1.125 h/((√(1 + r) + 0.1) c₀) = Δt at r = 0, 0.2 and 1.
+        let at = |strength: f64| 0.8 * 1.125 * 0.01 / (((1.0 + strength).sqrt() + 0.1) * 10.0);
         assert_eq!(of(1.01 * at(0.0)), 0.0);
         assert!((of(0.999 * at(0.2)) - 0.2).abs() < 1e-12);
         assert_eq!(of(0.999 * at(1.0)), 1.0);

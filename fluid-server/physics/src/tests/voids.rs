@@ -84,7 +84,7 @@ fn impulse_of_pressure(rows: usize) -> f64 {
     setup.probes =
         vec![FluidProbe { name: "floor".into(), kind: FluidProbeKind::Point(Vector::new(0.5, 0.2)) }];
     let mut solver = solver(setup);
-    // 0.79 of the limit of 2.6 ms.
+    // 0.84 of the limit of 2.4 ms.
     let time_step = 2e-3;
     let (mut impulse, mut values) = (0.0, Vec::new());
     for step in 0..500 {

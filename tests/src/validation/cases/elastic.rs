@@ -106,7 +106,7 @@ impl Case for Gate {
     }
 
     fn about(&self) -> &'static str {
-        "water opens a rubber gate (Antoci et al. 2007): no leak, no blow-up, the gate keeps its length"
+        "water opens a rubber gate (Antoci et al. 2007): as far as by another code, no leak, the gate keeps its length"
     }
 
     fn members(&self) -> Vec<Member> {
@@ -144,13 +144,16 @@ impl Case for Gate {
             Figure::reported("longest distance, middle of the thickness [m]", longest(&middle)),
             Figure::reported("largest displacement of the edge along x [m]", largest),
             Figure::reported("at [s]", series::first_reach(&x, largest)),
-            Figure::reported(
+            // Plane stress is 1 / (1 - nu^2) = 1.19 times as soft; a gate that stays shut is at 0.71 and 0.62.
+            Figure::judged(
                 "rms distance of x from another code's, over its largest",
                 distance(&x, &other, 0.4),
+                Goal::AtMost(0.2),
             ),
-            Figure::reported(
+            Figure::judged(
                 "rms distance of y from another code's, over its largest",
                 distance(&y, &other_y, 0.4),
+                Goal::AtMost(0.2),
             ),
         ]);
         Ok(figures)

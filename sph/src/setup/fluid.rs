@@ -207,8 +207,8 @@ crate::constants! {
         "fraction of h/(c0 + v) that the midpoint rule takes where sound is damped [-]";
     /// A dam break with A = 0.1 alone kept its energy at 0.6, gained 5 % at 0.7 and broke at 0.95.
     const MIDPOINT_FRACTION: f64 = 0.6, "time_step.midpoint", "the same where sound is nearly undamped [-]";
-    /// Of it 0.8 is recommended. A breaking bore with 9 particles in its depth kept its energy to 3e-5 at 0.9 h/(c0 + v), with
-    /// A = 0, 0.1, 0.25, 0.5 and 1. At 0.92 its residual was up to 1.6 %, at 1.02 20 %: noise of particles at the edges of
+    /// Of it 0.8 is recommended. A breaking bore with 9 particles in its depth kept its energy to 6e-6 at 0.9 h/(c0 + v), with
+    /// A = 0.1, 0.25, 0.5 and 1. At 0.92 its residual was up to 1.7 %, at 1.02 22 %: noise of particles at the edges of
     /// splashes, whose forces act with the artificial viscosity and diffusion of the start of the step.
     const LEAPFROG_FRACTION: f64 = 1.125, "time_step.leapfrog",
         "fraction of h/(c0 + v) that leapfrog takes without the acoustic damper [-]";

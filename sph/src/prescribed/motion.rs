@@ -110,6 +110,12 @@ impl<S: Space> MotionState<S> {
         }
     }
 
+    /// Difference of velocity \[m/s\] between two points carried along, of which the second lies by `offset` \[m\] from the
+    /// first.
+    pub fn velocity_difference(&self, offset: &S::Vector) -> S::Vector {
+        self.rotation.as_ref().map_or_else(S::Vector::zeros, |rotation| S::spin_cross(rotation.rate, offset))
+    }
+
     /// Velocity \[m/s\] with which the motion carries whatever is at `position` x \[m\] now.
     pub fn velocity_at(&self, position: &S::Vector) -> S::Vector {
         match &self.rotation {

@@ -53,7 +53,8 @@ impl<S: FluidSpace> WallStates<S> {
     /// v_w = v_f − 2 [(v_f − v_wall)·n] n   slip;   2 v_wall − v_f   no slip, corners         Eq. (27)
     /// ρ_w from p_w by the inverse of Eq. (3)
     /// ```
-    /// v_f is the Shepard mean of the fluid's velocity, a_w the known acceleration of a moving wall. A particle
+    /// v_f is the Shepard mean of the fluid's velocity, v_wall that of the wall half-way between the particle and the mean
+    /// place of that fluid, a_w the known acceleration of a moving wall. A particle
     /// without fluid in its support, or of a released wall, does not act, and one above the fluid has a smaller volume or
     /// none. The density follows the pressure down to the floor of
     /// [`sph::laws::equation_of_state::Tait::wall_density`].
@@ -99,12 +100,15 @@ impl<S: FluidSpace> WallStates<S> {
             if weight == 0.0 {
                 return;
             }
-            let pressure = pressure / weight;
+            let (pressure, offset) = (pressure / weight, offset / weight);
             let along = model.walls.along(w, &field.face_normal[w], &motions, &force);
-            let share = wet_share::<S>(model, &(offset / weight), pressure, &along);
+            let share = wet_share::<S>(model, &offset, pressure, &along);
             if share > 0.0 {
-                let velocity =
-                    mirrored::<S>(&(velocity / weight), &field.velocity(w), &field.mirror_normal[w]);
+                let mut face = field.velocity(w);
+                if let Some(Some(motion)) = motions.get(model.walls.wall[w] as usize) {
+                    face += motion.velocity_difference(&(offset * 0.5));
+                }
+                let velocity = mirrored::<S>(&(velocity / weight), &face, &field.mirror_normal[w]);
                 let density = model.equation_of_state.wall_density(pressure);
                 let volume = share * model.walls.mass / density;
                 *particle = S::Particle::new(x, &velocity, density, pressure, volume);

@@ -127,6 +127,22 @@ fn a_moving_wall_carries_water_that_does_not_slip() {
 }
 
 #[test]
+fn water_that_turns_with_a_wall_is_at_rest_beside_it() {
+    let mut setup = moving_water(WallCondition::NoSlip);
+    let (pivot, rate) = (Vector::new(0.1, 0.2), 3.0);
+    let carried = |x: &Vector| Vector::new(-rate * (x.y - pivot.y), rate * (x.x - pivot.x));
+    setup.particles.velocity = setup.particles.position.iter().map(carried).collect();
+    setup.walls[0].motion =
+        Some(Motion { displacement: [String::new(), String::new()], angle: "3*t".into(), axis: 1.0, pivot });
+    let mut solver = solver(setup);
+    evaluate(&mut solver);
+    let w = middle(&solver);
+    let (record, x) = (solver.workspace.walls.particles[w], solver.workspace.walls.field.position[w]);
+    // Mirrored about the wall's own velocity it would differ by 0.1 m/s.
+    assert!((record.velocity() - carried(&x)).norm() < 1e-13, "{} {}", record.velocity(), carried(&x));
+}
+
+#[test]
 fn released_walls_and_walls_without_fluid_do_not_act() {
     let mut setup = moving_water(WallCondition::Slip);
     setup.walls[0].release_time = Some(1.5e-4);

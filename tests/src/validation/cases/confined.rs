@@ -31,7 +31,10 @@ pub struct OscillatingDrop;
 /// \[m²\].
 ///
 /// The goals are those of the mean pressure, 4e-4 ρ₀c₀², and of the volume, 0.1 %.
-fn kept(run: &Run, start: f64, volume: f64) -> Result<Vec<Figure>, String> {
+///
+/// # Errors
+/// When a snapshot cannot be read.
+pub fn kept(run: &Run, start: f64, volume: f64) -> Result<Vec<Figure>, String> {
     let modulus = run.number("fluid.rest_density_kg_m3")? * run.number("fluid.sound_speed_m_s")?.powi(2);
     let (mut pressure_drift, mut volume_drift) = (0.0_f64, 0.0_f64);
     for (_, path) in run.fluid_snapshots()? {

@@ -5,6 +5,7 @@ use super::Case;
 mod beams;
 mod bore;
 mod channel;
+mod circular_couette;
 mod confined;
 mod contact;
 pub mod curved;
@@ -36,6 +37,7 @@ pub fn all() -> Vec<&'static dyn Case> {
     vec![
         &channel::COUETTE,
         &channel::POISEUILLE,
+        &circular_couette::CircularCouette,
         &drop::Drop,
         &square_patch::SquarePatch,
         &taylor_green::TaylorGreen,

@@ -33,7 +33,15 @@ pub fn particles(case: &Case, summary: &Summary) -> String {
 /// The size of a step against the limit of stability.
 pub fn time_step(summary: &Summary) -> String {
     let kind = if summary.fixed { "fixed" } else { "at first, adaptive" };
-    format!("{:.3e} s {kind}, {:.2} of the stability limit", summary.time_step, summary.ratio_to_limit)
+    format!("{:.3e} s {kind}, {}", summary.time_step, of_limit(summary.ratio_to_limit))
+}
+
+/// A step over the stability limit in words; it has none where nothing but solids moves, in sub-steps of their own.
+pub fn of_limit(ratio: f64) -> String {
+    match ratio {
+        0.0 => "in stable sub-steps of the solids".to_owned(),
+        ratio => format!("{ratio:.2} of the stability limit"),
+    }
 }
 
 /// Steps, time and memory of a run.

@@ -91,9 +91,14 @@ impl Checked {
         });
         let mut lines: Vec<String> = limits.collect();
         let kind = if summary.fixed { "fixed" } else { "first of an adaptive run" };
+        let recommended = match summary.ratio_to_recommended {
+            0.0 => String::new(),
+            ratio => format!(", {ratio:.2} of the recommended step"),
+        };
         lines.push(format!(
-            "{:.3e} s chosen ({kind}): {:.2} of the stability limit, {:.2} of the recommended step",
-            summary.time_step, summary.ratio_to_limit, summary.ratio_to_recommended
+            "{:.3e} s chosen ({kind}): {}{recommended}",
+            summary.time_step,
+            brief::of_limit(summary.ratio_to_limit)
         ));
         if let Some(factor) = summary.limit_override {
             lines.push(format!("the case overrides the limit by a factor of {factor}"));

@@ -102,7 +102,7 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
 fn time_step(step: &StepPolicy, ratio: f64) -> String {
     match step {
         StepPolicy::Fixed { time_step } => {
-            format!("fixed, {time_step:.3e} s, {ratio:.2} of the stability limit")
+            format!("fixed, {time_step:.3e} s, {}", brief::of_limit(ratio))
         }
         StepPolicy::Adaptive { factor, maximum, growth, exact } => {
             let times = if exact.is_some() { ", shortened to meet the times of outputs" } else { "" };

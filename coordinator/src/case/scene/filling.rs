@@ -75,6 +75,29 @@ impl Cells {
     }
 }
 
+impl<S: Space> Filling<S> {
+    /// Volume (area in the plane) of the cell of particle `k` \[m³\], that of the lattice with `spacing` \[m\].
+    pub fn volume_of(&self, k: usize, spacing: f64) -> f64 {
+        self.cells.volume().map_or_else(|| S::cell_volume(spacing), |volume| volume[k])
+    }
+
+    /// Volume (area in the plane) of all cells \[m³\].
+    pub fn volume(&self, spacing: f64) -> f64 {
+        (0..self.positions.len()).map(|k| self.volume_of(k, spacing)).sum()
+    }
+
+    /// Multiplies the volume of each cell by `factor`.
+    pub fn scale(&mut self, factor: f64, spacing: f64) {
+        match self.cells.volume_mut() {
+            Some(volume) => volume.iter_mut().for_each(|volume| *volume *= factor),
+            None => {
+                let volume = vec![factor * S::cell_volume(spacing); self.positions.len()];
+                self.cells = Cells::Scaled { volume };
+            }
+        }
+    }
+}
+
 /// What is filled.
 pub struct Filled<'a> {
     /// In words, such as ``region `column` ``.
@@ -92,6 +115,14 @@ pub struct Filled<'a> {
 }
 
 impl<S: SceneSpace> Lattice<'_, S> {
+    /// Whether the particles of a shape stand in rows along its faces wherever it is laid out: on the lattice, or in a box.
+    pub fn fits(&self, filled: &Filled<'_>) -> bool {
+        let shape = S::shape(&filled.shape.value);
+        let origin = filled.origin.map_or(self.origin, |at| at.value.to::<S>());
+        S::box_corners(&shape).is_some()
+            || S::is_on_lattice(&shape, &shape.boundary(), filled.spacing, origin, OpenSides::default())
+    }
+
     /// Particles that fill a shape, and what was adjusted in words; none, with an error, when there are too many or none.
     pub fn lay(&mut self, filled: &Filled<'_>, adjusted: &mut Vec<String>) -> Filling<S> {
         let &Filled { what, shape: written, spacing, .. } = filled;

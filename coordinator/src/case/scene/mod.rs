@@ -5,6 +5,7 @@ mod filling;
 mod fluid;
 mod lattice;
 mod loads;
+pub(super) mod obstacles;
 pub(super) mod overlap;
 mod solid;
 mod space;

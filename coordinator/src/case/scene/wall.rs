@@ -30,8 +30,7 @@ pub fn lay_out<S: SceneSpace>(
     scene: &mut Scene<S>,
 ) {
     let Some(spacing) = file.wall_spacing() else { return };
-    let materials: Vec<Material<S>> =
-        file.walls.iter().map(|wall| Material::of(wall, spacing, domain)).collect();
+    let materials = Material::all(file, domain);
     for (k, wall) in file.walls.iter().enumerate() {
         if wall.intact {
             let others = others(&materials, k, &file.walls);
@@ -151,7 +150,7 @@ fn thinner_than_the_kernel(wall: &WallTable, layers: f64, needed: f64) -> Option
 }
 
 /// Where the stuff of a wall is.
-struct Material<S: SceneSpace> {
+pub struct Material<S: SceneSpace> {
     shape: S::Shape,
     boundary: BoundaryOf<S>,
     thickness: f64,
@@ -165,6 +164,12 @@ struct Material<S: SceneSpace> {
 }
 
 impl<S: SceneSpace> Material<S> {
+    /// Those of all walls of a case.
+    pub fn all(file: &CaseFile, domain: &Domain<S>) -> Vec<Self> {
+        let spacing = file.wall_spacing().unwrap_or_default();
+        file.walls.iter().map(|wall| Self::of(wall, spacing, domain)).collect()
+    }
+
     fn of(wall: &WallTable, spacing: f64, domain: &Domain<S>) -> Self {
         let written = written_shape(wall, domain);
         let shape = S::shape(&written.value);
@@ -182,7 +187,18 @@ impl<S: SceneSpace> Material<S> {
         }
     }
 
-    fn holds(&self, point: &S::Vector) -> bool {
+    /// Steps of work of [`Material::holds`].
+    pub fn steps(&self) -> f64 {
+        self.steps
+    }
+
+    /// Whether a cell of the lattice around `point` \[m\] may meet it.
+    pub fn is_near(&self, point: &S::Vector) -> bool {
+        (0..S::DIMENSIONS).all(|k| (self.lower[k]..=self.upper[k]).contains(&point[k]))
+    }
+
+    /// Whether it is at `point` \[m\].
+    pub fn holds(&self, point: &S::Vector) -> bool {
         let inside = self.shape.contains(point);
         if !self.container {
             return inside;

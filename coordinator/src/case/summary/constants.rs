@@ -10,7 +10,7 @@ use crate::case::Case;
 use crate::case::file::fluid as fluid_file;
 use crate::case::file::material::FormulationTable;
 use crate::case::file::solid::ContactTable;
-use crate::case::scene::overlap;
+use crate::case::scene::{obstacles, overlap};
 use crate::case::{limits, relaxation};
 use crate::results::quality::{thresholds, volume};
 
@@ -68,7 +68,13 @@ impl Case {
     pub fn fixed_constants(&self) -> impl Iterator<Item = &'static Constant> {
         let fluid = self.has(Role::Fluid).then(fluid::constants).into_iter().flatten();
         let solid = self.has(Role::Solid).then(solid::constants).into_iter().flatten();
-        let case = [overlap::CONSTANTS, limits::CONSTANTS, relaxation::CONSTANTS, fluid_file::CONSTANTS];
+        let case = [
+            overlap::CONSTANTS,
+            obstacles::CONSTANTS,
+            limits::CONSTANTS,
+            relaxation::CONSTANTS,
+            fluid_file::CONSTANTS,
+        ];
         let own = case.into_iter().chain([thresholds::CONSTANTS, volume::CONSTANTS]).flatten();
         sph::fixed_constants::fixed_constants().chain(fluid).chain(solid).chain(own)
     }

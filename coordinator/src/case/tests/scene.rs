@@ -434,3 +434,42 @@ fn intervals_that_a_fixed_step_does_not_divide_are_named() {
         .replace("type = \"fixed\", time_step_s = 1e-5", "type = \"adaptive\"");
     assert!(good(&adaptive).summary().warnings.is_empty());
 }
+
+#[test]
+fn water_that_is_cut_has_the_mass_of_what_nothing_covers() {
+    let scene = |shape: &str, further: &str| {
+        let text = format!(
+            "name = \"cut\"\n[domain]\nlower_m = [-0.3, -0.3]\nupper_m = [0.3, 0.3]\n\
+             [time]\nend_time_s = 1\nstep = {{ type = \"adaptive\" }}\n\
+             [fluid]\nparticle_spacing_m = 0.01\nrest_density_kg_m3 = 1000\nsound_speed_m_s = 20\n\
+             [[fluid.region]]\nname = \"water\"\nshape = {shape}\n{further}"
+        );
+        let fluid = good(&text).fluid_setup().unwrap().plane().unwrap();
+        (fluid.particles.mass.iter().sum::<f64>(), fluid.particles.mass)
+    };
+    let circle = |radius: f64| format!("{{ type = \"circle\", centre_m = [0.0, 0.0], radius_m = {radius} }}");
+    let body = |shape: &str| {
+        format!(
+            "[solid]\nparticle_spacing_m = 0.01\n[[solid.body]]\nname = \"body\"\nshape = {shape}\n\
+             material = {{ density_kg_m3 = 500 }}\nformulation = {{ type = \"rigid\" }}\n"
+        )
+    };
+    let tank = format!("[[wall]]\nname = \"tank\"\ntype = \"container\"\nshape = {}\n", circle(0.1));
+    // Particles at the wall make way; none of the water does.
+    let (mass, _) = scene(&circle(0.1), &tank);
+    let disc = |radius: f64| 1000.0 * std::f64::consts::PI * radius * radius;
+    assert!((mass / disc(0.1) - 1.0).abs() < 1e-9, "{mass} {}", disc(0.1));
+    // A body that lies askew, and one on the lattice; a sample of a cell stands for 1 % of it.
+    let block = "{ type = \"rectangle\", lower_m = [-0.2, -0.2], upper_m = [0.2, 0.2] }";
+    let (mass, _) = scene(block, &body(&circle(0.083)));
+    assert!((mass - (160.0 - disc(0.083))).abs() < 2e-4 * 160.0, "{mass} {}", 160.0 - disc(0.083));
+    let square = "{ type = \"rectangle\", lower_m = [-0.05, -0.05], upper_m = [0.05, 0.05] }";
+    let (_, masses) = scene(block, &body(square));
+    assert_eq!(masses.len(), 1500);
+    assert!(masses.iter().all(|mass| (mass - 0.1).abs() < 1e-15));
+    // In a wall half way through a row of cells.
+    let wall = "[[wall]]\nname = \"floor\"\ntype = \"solid\"\n\
+                shape = { type = \"rectangle\", lower_m = [-0.25, -0.25], upper_m = [0.25, -0.195] }\n";
+    let (mass, _) = scene(block, wall);
+    assert!((mass - (160.0 - 1000.0 * 0.4 * 0.005)).abs() < 2e-4 * 160.0, "{mass}");
+}

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use sph::coupling::solver::Role;
 use sph::setup::{FluidParameters, Formulation, FormulationKind, ParameterSet};
 
 use super::*;
@@ -48,6 +49,18 @@ fn all_shipped_cases_load_and_are_named_after_their_files() {
         assert!(summary.forecast() > 0.0);
         let odd = case.oddities();
         assert_eq!(odd.len(), usize::from(ODD.contains(&case.name.as_str())), "{}: {odd:#?}", case.name);
+    }
+}
+
+#[test]
+fn no_body_of_a_shipped_case_starts_within_the_contact_distance() {
+    for path in cases() {
+        let case = load(&path, &|_| Err(String::new())).unwrap_or_else(|errors| panic!("{errors}"));
+        if case.has(Role::Solid) {
+            let opened =
+                crate::check::open(&case).unwrap_or_else(|failure| panic!("{}: {failure:?}", case.name));
+            assert_eq!(opened.remarks, [""; 0], "{}", case.name);
+        }
     }
 }
 

@@ -255,6 +255,8 @@ pub struct OpenReport {
     pub facts: Vec<Fact>,
     /// Mass and inertia of each body of a solid, in the order of its set-up; empty from a fluid.
     pub bodies: Vec<BodyReport>,
+    /// What deserves a second look about the start, in words; 16 of them are read.
+    pub remarks: Vec<String>,
 }
 
 /// Mass and inertia of a body as its equations of motion use them.

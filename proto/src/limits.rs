@@ -35,6 +35,8 @@ pub(crate) const MAX_EVENTS: usize = 1 << 12;
 pub(crate) const MAX_ACCOUNTS: usize = 16;
 /// Most accounts of an energy budget, with room for more of them.
 pub(crate) const MAX_ENERGIES: usize = 64;
+/// Most remarks about a start that are read.
+pub(crate) const MAX_REMARKS: usize = 16;
 /// Deepest nesting of messages that is walked; the decoder gives up before.
 pub(crate) const MAX_DEPTH: usize = 128;
 /// Longest name, run id or holder \[bytes\].

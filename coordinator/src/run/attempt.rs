@@ -21,6 +21,7 @@ use super::participants::{CommandChannel, NewsResult, Participants};
 use super::signals::OutsideRequest;
 use super::solvers::Solvers;
 use super::trace::Trace;
+use crate::brief::Layout;
 use crate::case;
 use crate::checkpoint::RunCheckpoint;
 use crate::failure::Failure;
@@ -72,6 +73,9 @@ impl Attempt<'_> {
         let facts = header::facts(case, solvers.remote());
         if self.number == 0 {
             header::print_start(&facts, case, solvers.remote(), directory.path(), options.messages);
+            for remark in solvers.remarks() {
+                options.messages.progress(Layout::of_errors().warning(remark));
+            }
         }
         let roles = participants.roles();
         let mut setup = case.run_plan();

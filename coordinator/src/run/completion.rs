@@ -43,6 +43,7 @@ pub(super) async fn finish(
     let EndedAttempt { ending, mut solvers, outputs, facts } = attempt;
     let roles = [Role::Fluid, Role::Solid].into_iter().filter(|role| job.runs(*role));
     let sides: Vec<_> = roles.map(|role| (role, solvers.participant(role))).collect();
+    let remarks = solvers.remarks();
     match ending {
         Ending::Lost { .. } => solvers.kill().await,
         _ => solvers.end().await,
@@ -59,6 +60,7 @@ pub(super) async fn finish(
     );
     summary.checkpoints = scheduler.figures().clone();
     summary.restarts = restarts;
+    summary.warnings.extend(remarks);
     summary.warnings.extend(recorded.warnings.iter().cloned());
     // As for the report: a fault here leaves the results as they are.
     match trace_span!(target: TRACE, "quality").in_scope(|| program::contain(|| quality(job, &recorded))) {

@@ -35,6 +35,16 @@ impl Solvers {
         self.remote().and_then(|remote| remote.servers.first()).map(|server| server.report.coupling_kind)
     }
 
+    /// What deserves a second look about the start, in the words of the solvers.
+    pub(super) fn remarks(&self) -> Vec<String> {
+        match self {
+            Solvers::Threads(threads) => threads.iter().flat_map(|t| t.remarks.clone()).collect(),
+            Solvers::Servers(remote) => {
+                remote.servers.iter().flat_map(|s| s.report.remarks.clone()).collect()
+            }
+        }
+    }
+
     /// Where the solver of `role` ran and what it used; taken before it ends.
     pub(super) fn participant(&self, role: Role) -> Participant {
         let server = self.remote().and_then(|r| r.servers.iter().find(|server| server.report.role == role));

@@ -16,7 +16,7 @@ use crate::description::{
     BodyReport, Capabilities, Constants, CouplingKind, Description, Fact, FieldSpec, FrameField, Limits,
     OpenReport, ProtocolVersion,
 };
-use crate::limits::MAX_LIST;
+use crate::limits::{MAX_LIST, MAX_REMARKS};
 use crate::wire;
 
 choices!(CouplingKind = wire::CouplingKind { States, Loads });
@@ -224,6 +224,7 @@ impl Convert for OpenReport {
             facts: wires(&self.facts),
             coupling_kind: self.coupling_kind.code(),
             bodies: wires(&self.bodies),
+            remarks: self.remarks.clone(),
         }
     }
 
@@ -240,6 +241,7 @@ impl Convert for OpenReport {
                 return Err(at.item("bodies", k).error(problem));
             }
         }
+        let remark = |(k, remark): (usize, &String)| text(remark, &at.item("remarks", k));
         Ok(Self {
             run_id: name(&wire.run_id, &at.field("run_id"))?,
             role: choice(wire.role, &at.field("role"))?,
@@ -256,6 +258,13 @@ impl Convert for OpenReport {
             counts: required(&wire.counts, &at.field("counts"))?,
             facts: list(&wire.facts, at, "facts")?,
             bodies,
+            remarks: wire
+                .remarks
+                .iter()
+                .take(MAX_REMARKS)
+                .enumerate()
+                .map(remark)
+                .collect::<Result<_, _>>()?,
         })
     }
 }

@@ -1010,6 +1010,10 @@ pub struct OpenReply {
     /// the set-up.
     #[prost(message, repeated, tag = "15")]
     pub bodies: ::prost::alloc::vec::Vec<BodyReport>,
+    /// What deserves a second look about the start, one sentence or two each, for whoever started the run: shown as
+    /// warnings and kept in the results. At most 16 are read.
+    #[prost(string, repeated, tag = "16")]
+    pub remarks: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
 }
 /// Mass and inertia of a body.
 #[derive(Clone, PartialEq, ::prost::Message)]

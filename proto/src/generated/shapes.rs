@@ -217,6 +217,7 @@ pub(super) static SHAPES: &[Shape] = &[
         Field { number: 12, name: "counts", list: None, entry: Entry::Message(24) },
         Field { number: 13, name: "facts", list: Some(20), entry: Entry::Message(39) },
         Field { number: 15, name: "bodies", list: Some(21), entry: Entry::Message(9) },
+        Field { number: 16, name: "remarks", list: Some(22), entry: Entry::Text },
     ] },
     Shape { name: "OpenRequest", fields: &[
         Field { number: 1, name: "protocol", list: None, entry: Entry::Message(74) },
@@ -234,14 +235,14 @@ pub(super) static SHAPES: &[Shape] = &[
     Shape { name: "PartCount", fields: &[
     ] },
     Shape { name: "PartCounts", fields: &[
-        Field { number: 1, name: "each", list: Some(22), entry: Entry::Message(63) },
+        Field { number: 1, name: "each", list: Some(23), entry: Entry::Message(63) },
     ] },
     Shape { name: "ParticleSet", fields: &[
     ] },
     Shape { name: "PartnerBody", fields: &[
     ] },
     Shape { name: "PartnerParticles", fields: &[
-        Field { number: 5, name: "bodies", list: Some(23), entry: Entry::Message(66) },
+        Field { number: 5, name: "bodies", list: Some(24), entry: Entry::Message(66) },
     ] },
     Shape { name: "Paused", fields: &[
     ] },
@@ -254,8 +255,8 @@ pub(super) static SHAPES: &[Shape] = &[
         Field { number: 4, name: "momentum", list: None, entry: Entry::Message(56) },
     ] },
     Shape { name: "Probe", fields: &[
-        Field { number: 3, name: "arguments", list: Some(24), entry: Entry::Message(72) },
-        Field { number: 4, name: "columns", list: Some(25), entry: Entry::Text },
+        Field { number: 3, name: "arguments", list: Some(25), entry: Entry::Message(72) },
+        Field { number: 4, name: "columns", list: Some(26), entry: Entry::Text },
     ] },
     Shape { name: "ProbeArgument", fields: &[
         Field { number: 3, name: "point_m", list: None, entry: Entry::Message(94) },
@@ -285,8 +286,8 @@ pub(super) static SHAPES: &[Shape] = &[
     Shape { name: "SnapshotField", fields: &[
     ] },
     Shape { name: "SnapshotHeader", fields: &[
-        Field { number: 5, name: "group_names", list: Some(26), entry: Entry::Text },
-        Field { number: 6, name: "fields", list: Some(27), entry: Entry::Message(79) },
+        Field { number: 5, name: "group_names", list: Some(27), entry: Entry::Text },
+        Field { number: 6, name: "fields", list: Some(28), entry: Entry::Message(79) },
     ] },
     Shape { name: "SnapshotTaken", fields: &[
     ] },
@@ -296,18 +297,18 @@ pub(super) static SHAPES: &[Shape] = &[
     ] },
     Shape { name: "SolidSetup", fields: &[
         Field { number: 1, name: "run", list: None, entry: Entry::Message(77) },
-        Field { number: 3, name: "bodies", list: Some(28), entry: Entry::Message(10) },
+        Field { number: 3, name: "bodies", list: Some(29), entry: Entry::Message(10) },
         Field { number: 4, name: "particles", list: None, entry: Entry::Message(83) },
         Field { number: 5, name: "contact", list: None, entry: Entry::Message(22) },
-        Field { number: 6, name: "walls", list: Some(29), entry: Entry::Message(96) },
+        Field { number: 6, name: "walls", list: Some(30), entry: Entry::Message(96) },
         Field { number: 7, name: "wall_particles", list: None, entry: Entry::Message(95) },
         Field { number: 8, name: "damping", list: None, entry: Entry::Message(27) },
-        Field { number: 9, name: "probes", list: Some(30), entry: Entry::Message(71) },
+        Field { number: 9, name: "probes", list: Some(31), entry: Entry::Message(71) },
         Field { number: 11, name: "substeps", list: None, entry: Entry::Message(89) },
     ] },
     Shape { name: "StageBudget", fields: &[
         Field { number: 1, name: "interface", list: None, entry: Entry::Message(51) },
-        Field { number: 2, name: "accounts", list: Some(31), entry: Entry::Message(2) },
+        Field { number: 2, name: "accounts", list: Some(32), entry: Entry::Message(2) },
         Field { number: 4, name: "momentum_change_kg_m_per_s", list: None, entry: Entry::Message(94) },
         Field { number: 6, name: "angular", list: None, entry: Entry::Message(4) },
     ] },
@@ -318,7 +319,7 @@ pub(super) static SHAPES: &[Shape] = &[
         Field { number: 4, name: "predictor", list: None, entry: Entry::Message(85) },
         Field { number: 5, name: "corrector", list: None, entry: Entry::Message(85) },
         Field { number: 6, name: "energies", list: None, entry: Entry::Message(32) },
-        Field { number: 14, name: "energy_accounts", list: Some(32), entry: Entry::Message(33) },
+        Field { number: 14, name: "energy_accounts", list: Some(33), entry: Entry::Message(33) },
     ] },
     Shape { name: "StepStage", fields: &[
     ] },
@@ -347,7 +348,7 @@ pub(super) static SHAPES: &[Shape] = &[
         Field { number: 3, name: "motion", list: None, entry: Entry::Message(57) },
     ] },
 ];
-pub(super) const LISTS: usize = 33;
+pub(super) const LISTS: usize = 34;
 impl Counted for crate::wire::Vector { const SHAPE: usize = 94; }
 impl Counted for crate::wire::Flags { const SHAPE: usize = 46; }
 impl Counted for crate::wire::ProtocolVersion { const SHAPE: usize = 74; }

@@ -345,6 +345,7 @@ fn build(host: &Host, setup: &Setup, cancel: &CancellationToken) -> Result<(Read
         counts: solver.counts(),
         facts,
         bodies,
+        remarks: solver.remarks(),
     };
     Ok((Ready { solver, setup: run, resume: None }, report))
 }

@@ -51,6 +51,7 @@ fn report_of(run: &RunPlan, role: Role) -> OpenReport {
             BodyReport { mass: 2.0, inertia: Some(inertia) },
             BodyReport { mass: 1.0, inertia: None },
         ],
+        remarks: vec!["the first body starts in a wall".into()],
     }
 }
 

@@ -238,6 +238,14 @@ class Reports(unittest.TestCase):
         self.assertAlmostEqual(report.mass_kg / setup.mass.sum(), 1.0, delta=1e-14)
         self.assertFalse(report.HasField("inertia_kg_m2"))
 
+    def test_open_passes_on_what_a_solver_remarks(self):
+        class Doubtful(rigid_body.RigidBodies):
+            def remarks(self):
+                return ["the mesh is coarse"]
+
+        reply = Server(Doubtful, 60.0)._open_reply(Doubtful(rigid()))
+        self.assertEqual(list(reply.remarks), ["the mesh is coarse"])
+
     def test_the_package_speaks_the_version_of_its_files(self):
         described = Server(rigid_body.RigidBodies, 60.0).Describe(None, None)
         self.assertEqual((described.highest_protocol.major, described.highest_protocol.minor), (2, 0))

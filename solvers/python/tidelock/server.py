@@ -163,6 +163,7 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
                 body.inertia_tensor_kg_m2[:] = [inertia[place] for place in TENSOR]
             elif inertia is not None:
                 body.inertia_kg_m2 = inertia
+        reply.remarks.extend(solver.remarks())
         return reply
 
     def Link(self, request, context):

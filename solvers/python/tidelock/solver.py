@@ -102,6 +102,10 @@ class Solver:
         """
         return None
 
+    def remarks(self):
+        """What deserves a second look about the start, a list of sentences; shown as warnings and kept in the results."""
+        return []
+
     def body_masses(self):
         """Mass of each body of the set-up [kg] used in the equations of motion."""
         return np.bincount(self.setup.body, self.setup.mass, len(self.setup.bodies))

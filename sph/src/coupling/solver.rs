@@ -83,7 +83,7 @@ pub trait Solver: Send {
         None
     }
 
-    /// What deserves a second look about the state at the start, in words; asked for by a check.
+    /// What deserves a second look about the state at the start, in words; shown by a check and at the start of a run.
     fn remarks(&self) -> Vec<String> {
         Vec::new()
     }

@@ -134,6 +134,9 @@ fn run_case(case: &dyn Case, arguments: &Arguments, options: &Options) -> Result
         match Run::of(case, member, options) {
             Ok(run) => {
                 say(format_args!("  ran {label} in {:.1} s", started.elapsed().as_secs_f64()));
+                for doubt in run.doubts() {
+                    say(format_args!("    {doubt}"));
+                }
                 runs.push(run);
             }
             Err(reason) => failures.push(reason),

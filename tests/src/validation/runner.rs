@@ -171,6 +171,15 @@ impl Run {
         parts.join("; ").replace('\n', " ")
     }
 
+    /// Warnings and reservations of the run, one per line.
+    pub fn doubts(&self) -> Vec<String> {
+        let listed = |key: &'static str, kind: &'static str| {
+            let texts = self.summary.get(key).and_then(serde_json::Value::as_array).into_iter().flatten();
+            texts.filter_map(|text| text.as_str()).map(move |text| format!("{kind}: {text}"))
+        };
+        listed("warnings", "warning").chain(listed("reservations", "reservation")).collect()
+    }
+
     /// The number at the JSON pointer `place` of `summary.json`.
     ///
     /// # Errors

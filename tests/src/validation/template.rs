@@ -6,7 +6,8 @@ use coordinator::study::template;
 
 /// Folder of the case files.
 pub fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/validation")
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
+    tests.parent().unwrap_or(tests).join("cases/validation")
 }
 
 /// The text of the case file at `path` with the values at the dotted paths replaced or added; comments are lost.

@@ -75,3 +75,25 @@ fn a_resumed_run_has_the_figures_of_one_that_was_not_stopped() {
     let output = bench.call(&strict);
     assert_eq!(output.status.code(), Some(11), "{}", String::from_utf8_lossy(&output.stderr));
 }
+
+#[test]
+fn what_a_solver_remarks_about_the_start_is_said_and_kept() {
+    let bench = bench();
+    let on_the_floor =
+        ("lower_m = [0.04, 0.05], upper_m = [0.08, 0.09]", "lower_m = [0.04, 0.0], upper_m = [0.08, 0.04]");
+    let case = bench.tank("case.toml", &[on_the_floor]);
+    for (name, further) in [("servers", &[][..]), ("threads", &["--in-process"][..])] {
+        let (code, said) = run(&bench, text(&case), name, further);
+        assert_eq!(code, Some(0), "{said}");
+        let words: Vec<&str> = said.split_whitespace().collect();
+        assert!(words.join(" ").contains("warning: body `block` starts"), "{said}");
+        let summary = bench.summary(name);
+        let warnings: Vec<&str> =
+            summary["warnings"].as_array().unwrap().iter().filter_map(|text| text.as_str()).collect();
+        let about: Vec<&&str> = warnings.iter().filter(|text| text.contains("contact distance")).collect();
+        assert!(matches!(about[..], [text] if text.contains("a wall")), "{warnings:?}");
+    }
+    let free = bench.tank("free.toml", &[]);
+    let (_, said) = run(&bench, text(&free), "free", &[]);
+    assert!(!said.contains("within the contact distance"), "{said}");
+}

@@ -26,6 +26,8 @@ pub struct ThreadParticipant {
     pub role: Role,
     /// Largest stable step at the start \[s\].
     pub time_step_limit: f64,
+    /// What deserves a second look about the start, in words.
+    pub remarks: Vec<String>,
     /// Its command channel.
     pub commands: mpsc::Sender<Command>,
     thread: JoinHandle<()>,
@@ -105,7 +107,7 @@ fn spawn(
     threads: Threads,
     events: Sender<(Role, NewsResult)>,
 ) -> Result<ThreadParticipant, Failure> {
-    let (role, time_step_limit) = (solver.role(), solver.time_step_limit());
+    let (role, time_step_limit, remarks) = (solver.role(), solver.time_step_limit(), solver.remarks());
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.for_role(role))
         .thread_name(move |k| format!("{role}-{k}"))
@@ -131,7 +133,7 @@ fn spawn(
             });
         })
         .map_err(|e| Failure::internal(format!("cannot start the {role}'s thread: {e}")))?;
-    Ok(ThreadParticipant { role, time_step_limit, commands, thread })
+    Ok(ThreadParticipant { role, time_step_limit, remarks, commands, thread })
 }
 
 /// Description of the solver of `role` in this program.

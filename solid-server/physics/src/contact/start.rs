@@ -53,7 +53,10 @@ pub fn start_depths<S: SolidSpace>(model: &SolidModel<S>, law: &Repulsion, time:
     law.depths(&at)
 }
 
-/// The deepest overlap at the start of each body with each other and with walls, in words.
+/// Pairs that are described; the rest are counted.
+const DESCRIBED: usize = 8;
+
+/// The deepest overlap at the start of each body with each other and with walls, in words, the deepest ones first.
 pub fn remarks<S: SolidSpace>(model: &SolidModel<S>) -> Vec<String> {
     let ContactModel::Repulsion(law) = &model.contact else { return Vec::new() };
     let n = model.len();
@@ -76,9 +79,15 @@ pub fn remarks<S: SolidSpace>(model: &SolidModel<S>) -> Vec<String> {
         }
     }
     let distance = law.fields.bodies.distance;
+    deepest.retain(|(_, _, depth, _)| *depth > REMARKABLE * distance);
+    deepest.sort_by(|a, b| b.2.total_cmp(&a.2));
+    let more = deepest.len().saturating_sub(DESCRIBED);
+    let others = (more > 0).then(|| {
+        format!("{more} more pairs of bodies, or bodies and walls, start within the contact distance")
+    });
     deepest
         .into_iter()
-        .filter(|(_, _, depth, _)| *depth > REMARKABLE * distance)
+        .take(DESCRIBED)
         .map(|(body, owner, depth, k)| {
             let other = match owner {
                 Owner::Walls => "a wall".to_owned(),
@@ -91,12 +100,13 @@ pub fn remarks<S: SolidSpace>(model: &SolidModel<S>) -> Vec<String> {
             let place: Vec<String> = (0..S::DIMENSIONS).map(|axis| format!("{:.6}", x[axis])).collect();
             format!(
                 "body `{}` starts {depth:.2e} m ({:.2} particle spacings) within the contact distance of {other}, at ({}) m: \
-                 contact forces between them are measured from there, so that nothing is pushed apart; move the body or \
-                 give it a `lattice_origin_m` for the full distance, or lower `solid.contact.distance`",
+                 they count as touching, and cannot come nearer to each other; where they are to be free, state the \
+                 gap that they keep as `solid.contact.gap_m`, move the body or give it a `lattice_origin_m`",
                 model.bodies[body as usize].name,
                 depth / model.spacing,
                 place.join(", ")
             )
         })
+        .chain(others)
         .collect()
 }

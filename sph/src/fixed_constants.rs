@@ -3,7 +3,7 @@
 use crate::constants::Constant;
 use crate::coupling::driver::checks;
 use crate::coupling::{audit, fixed_point};
-use crate::interface::{fluid_regions, pair_law};
+use crate::interface::{fluid_regions, pair_law, velocity_gradients};
 use crate::laws::{acoustic_relaxation, equation_of_state, repulsion};
 use crate::shapes::spatial::faces::{box_rows, layers};
 use crate::shapes::surface::{defects, tree, weld};
@@ -21,6 +21,7 @@ pub fn fixed_constants() -> impl Iterator<Item = &'static Constant> {
         setup::CONSTANTS,
         fluid_regions::CONSTANTS,
         pair_law::CONSTANTS,
+        velocity_gradients::CONSTANTS,
         fixed_point::CONSTANTS,
         checks::CONSTANTS,
         audit::CONSTANTS,

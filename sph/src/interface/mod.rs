@@ -7,6 +7,7 @@ pub(crate) mod fluid_regions;
 mod lists;
 pub(crate) mod pair_law;
 pub mod states;
+pub(crate) mod velocity_gradients;
 
 use crate::coupling::ledger::{InterfaceSums, LedgerVector, axial, lifted};
 use crate::prescribed::body_force::BodyForceField;
@@ -22,6 +23,7 @@ use fluid_regions::FluidRegions;
 use lists::{Rows, Search};
 use pair_law::PairLaw;
 use states::InterfaceStates;
+use velocity_gradients::VelocityGradients;
 
 /// Cross lists, dummy states and forces of one half-step; all buffers are reused.
 #[derive(Debug)]
@@ -33,6 +35,7 @@ pub struct Interface<S: Space = Plane> {
     of_fluid: Rows,
     of_solid: Rows,
     regions: FluidRegions<S>,
+    gradients: VelocityGradients<S>,
     sums: Vec<ParticleSums<S>>,
     /// Repulsion of each fluid state by faces; see [`PairLaw::barrier`].
     barriers: Vec<f64>,
@@ -58,6 +61,7 @@ impl<S: Space> Interface<S> {
             of_fluid: Rows::default(),
             of_solid: Rows::default(),
             regions: FluidRegions::default(),
+            gradients: VelocityGradients::default(),
             sums: Vec::new(),
             barriers: Vec::new(),
         }
@@ -67,7 +71,7 @@ impl<S: Space> Interface<S> {
     ///
     /// The lists hold exactly the pairs within the support radius, in id order, whatever else was sent.
     pub fn update(&mut self, time: f64, fluid: &InterfaceStates<S>, solid: &InterfaceStates<S>) {
-        let Self { law, domain, body_force, search, of_fluid, of_solid, regions, .. } = self;
+        let Self { law, domain, body_force, search, of_fluid, of_solid, regions, gradients, .. } = self;
         let support = law.support_radius();
         search.fill(domain, support, fluid, solid, of_fluid);
         of_solid.transpose(of_fluid, solid.len());
@@ -79,9 +83,14 @@ impl<S: Space> Interface<S> {
                 velocity: solid.velocity[s],
             }),
             InterfaceLaw::Wall | InterfaceLaw::WallNoSlip => {
+                if law.kind() == InterfaceLaw::WallNoSlip {
+                    gradients.update(law, domain, solid, of_solid);
+                }
                 regions.update_disconnected(domain, support, [fluid, solid], of_solid, |s, row, region| {
                     let acceleration = body_force.acceleration(&solid.position[s], time);
-                    law.wall_dummy(domain, &acceleration, [fluid, solid], s, row, region)
+                    let region = row.iter().filter(|pair| pair.region == region);
+                    let region = region.map(|pair| pair.other as usize);
+                    law.wall_dummy(domain, &acceleration, [fluid, solid], s, region, gradients.at(s))
                 });
             }
         }
@@ -123,15 +132,15 @@ impl<S: Space> Interface<S> {
     /// Forces on the fluid's states; read them by [`Interface::force`].
     pub fn fluid_forces(&mut self, fluid: &InterfaceStates<S>, solid: &InterfaceStates<S>) -> InterfaceSums {
         let (law, domain, rows, regions) = (&self.law, &self.domain, &self.of_fluid, &self.regions);
-        let barriers = &self.barriers;
+        let (gradients, barriers) = (&self.gradients, &self.barriers);
         self.sums.clear();
         self.sums.resize(fluid.len(), ParticleSums::default());
         for_each(&mut self.sums[..], lists::TASK, |f, sums| {
             for pair in rows.of(f) {
                 let s = pair.other as usize;
                 let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);
-                let force =
-                    law.force_on_fluid(&x_fs, [fluid, solid], [f, s], regions.dummy(pair), barriers[f]);
+                let shown = (regions.dummy(pair), gradients.at(s));
+                let force = law.force_on_fluid(&x_fs, [fluid, solid], [f, s], shown, barriers[f]);
                 sums.add(&x_fs, force);
             }
         });
@@ -141,15 +150,15 @@ impl<S: Space> Interface<S> {
     /// Forces on the solid's states; read them by [`Interface::force`].
     pub fn solid_forces(&mut self, fluid: &InterfaceStates<S>, solid: &InterfaceStates<S>) -> InterfaceSums {
         let (law, domain, rows, regions) = (&self.law, &self.domain, &self.of_solid, &self.regions);
-        let barriers = &self.barriers;
+        let (gradients, barriers) = (&self.gradients, &self.barriers);
         self.sums.clear();
         self.sums.resize(solid.len(), ParticleSums::default());
         for_each(&mut self.sums[..], lists::TASK, |s, sums| {
             for pair in rows.of(s) {
                 let f = pair.other as usize;
                 let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);
-                let force =
-                    law.force_on_fluid(&x_fs, [fluid, solid], [f, s], regions.dummy(pair), barriers[f]);
+                let shown = (regions.dummy(pair), gradients.at(s));
+                let force = law.force_on_fluid(&x_fs, [fluid, solid], [f, s], shown, barriers[f]);
                 sums.add(&-x_fs, -force);
             }
         });

@@ -10,7 +10,7 @@ use crate::laws::repulsion::Repulsion;
 use crate::setup::{Coupling, InterfaceLaw};
 use crate::space::Space;
 use crate::space::domain::Domain;
-use crate::space::tensors::{SpaceSymmetric, SpaceVector};
+use crate::space::tensors::{SpaceSymmetric, SpaceTensor, SpaceVector};
 
 crate::constants! {
     /// At an edge of a plate of one row water all around cancels out, and a direction from round-off is none. At the edge of a box
@@ -83,26 +83,34 @@ impl<S: Space> PairLaw<S> {
         self.kernel.support_radius()
     }
 
+    /// W \[1/m³\] at a `distance` \[m\], in the plane 1/m².
+    pub fn weight(&self, distance: f64) -> f64 {
+        self.kernel.value(distance)
+    }
+
     /// Dummy state of solid state `s` toward `region`, that of a wall: pressure by Eq. (28), without the solid's acceleration,
     /// which would make light solids unstable, and velocity by Eq. (27).
     ///
     /// ```text
-    /// n = Σ_f W_fs x_fs / |Σ_f W_fs x_fs|,   u_s = ū − 2 [(ū − v_s)·n] n   slip;   2 v_s − ū   no slip
+    /// n = Σ_f W_fs x_fs / |Σ_f W_fs x_fs|,   u_s = ū − 2 [(ū − v_s)·n] n   slip;   2 (v_s + G x̄/2) − ū   no slip
     /// ```
-    /// ū is the mean of the region's velocity, weighted by the kernel. Where the fluid lies around s, on no side of it, u_s
-    /// fades to v_s.
+    /// ū and x̄ are the means of the velocity of the region and of its separation from s, weighted by the kernel, and G is the
+    /// `gradient` of the velocity of the body at s: s lies behind the face, which is half-way to x̄. Where the fluid lies around s,
+    /// on no side of it, u_s fades to v_s.
+    ///
+    /// `region` are the indices of the region's particles within support of s.
     pub fn wall_dummy(
         &self,
         domain: &Domain<S>,
         body_force: &S::Vector,
         [fluid, solid]: [&InterfaceStates<S>; 2],
         s: usize,
-        row: &[CrossPair],
-        region: u32,
+        region: impl Iterator<Item = usize>,
+        gradient: Option<&S::Tensor>,
     ) -> Dummy<S> {
         let (mut pressure, mut weight, mut distance) = (0.0, 0.0, 0.0);
         let (mut flow, mut offset) = (S::Vector::zeros(), S::Vector::zeros());
-        for f in row.iter().filter(|pair| pair.region == region).map(|pair| pair.other as usize) {
+        for f in region {
             let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);
             let r = x_fs.norm();
             let w = self.kernel.value(r);
@@ -118,8 +126,8 @@ impl<S: Space> PairLaw<S> {
         let v_s = solid.velocity[s];
         let velocity = if weight == 0.0 {
             v_s
-        } else if self.law == InterfaceLaw::WallNoSlip {
-            v_s * 2.0 - flow / weight
+        } else if let Some(gradient) = gradient {
+            v_s * 2.0 + *gradient * (offset / weight) - flow / weight
         } else {
             let relative = flow / weight - v_s;
             let clear = (offset.norm() / (CLEAR_SIDE * distance).max(f64::MIN_POSITIVE)).min(1.0);
@@ -136,14 +144,22 @@ impl<S: Space> PairLaw<S> {
     }
 
     /// Force of solid state `s` on fluid state `f` \[N\], Eq. (22) with the fluid's h and c₀, and its part of the repulsion of
-    /// `f`, see [`PairLaw::barrier`].
+    /// `f`, see [`PairLaw::barrier`]; `gradient` is that of the velocity of the body at `s`.
+    ///
+    /// Without slip it adds friction: toward the mirrored velocity in the pairwise form of Morris, Fox & Zhu 1997, and the rest of
+    /// the viscous stress, T = μ ((∇v)ᵀ − ∇·v 1), whose traction at a face follows from the motion of the face alone.
+    ///
+    /// ```text
+    /// V_f V_s 2 μ (x_fs·∇W)/(r² + λh²) (v_f − u_s + Gᵀ x_fs − tr G x_fs)
+    /// ```
+    /// A body and the fluid that turns with it exert none on each other.
     #[inline]
     pub fn force_on_fluid(
         &self,
         x_fs: &S::Vector,
         [fluid, solid]: [&InterfaceStates<S>; 2],
         [f, s]: [usize; 2],
-        dummy: &Dummy<S>,
+        (dummy, gradient): (&Dummy<S>, Option<&S::Tensor>),
         barrier: f64,
     ) -> S::Vector {
         let distance = x_fs.norm();
@@ -160,11 +176,13 @@ impl<S: Space> PairLaw<S> {
         match self.law {
             InterfaceLaw::Wall => *x_fs * central,
             InterfaceLaw::WallNoSlip => {
-                // Morris, Fox & Zhu 1997: 2 μ (x·∇W)/(ρ_f ρ_s r²) v_fs.
                 let softened = self.artificial_viscosity.softened(square);
                 let friction = masses * 2.0 * self.dynamic_viscosity * square * gradient_factor
                     / (rho_f * rho_s * softened);
-                *x_fs * central + viscous_v_fs * friction
+                let along_face = gradient.map_or(S::Vector::zeros(), |gradient| {
+                    gradient.transpose() * *x_fs - *x_fs * gradient.trace()
+                });
+                *x_fs * central + (viscous_v_fs + along_face) * friction
             }
             InterfaceLaw::PlainSum => {
                 let stress = S::SymmetricTensor::isotropic(-fluid.pressure[f]).plus(&solid.stress[s]);

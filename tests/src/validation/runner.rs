@@ -107,6 +107,18 @@ impl Run {
         Ok(self.column("t_s")?.into_iter().zip(self.column(name)?).collect())
     }
 
+    /// Rows of the ledger as (time \[s\], value of the column `name`).
+    ///
+    /// # Errors
+    /// When it cannot be read, or there is no such column.
+    pub fn ledger(&self, name: &str) -> Result<Vec<(f64, f64)>, String> {
+        let ledger =
+            Table::read(&self.folder.join("results").join(names::LEDGER)).map_err(|e| e.to_string())?;
+        let missing = |name: &str| format!("the ledger has no column `{name}`");
+        let times = ledger.column("t_s").ok_or_else(|| missing("t_s"))?;
+        Ok(times.into_iter().zip(ledger.column(name).ok_or_else(|| missing(name))?).collect())
+    }
+
     /// All fluid and wall particles at the end.
     ///
     /// # Errors

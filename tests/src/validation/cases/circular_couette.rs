@@ -29,7 +29,17 @@ impl Case for CircularCouette {
     }
 
     fn members(&self) -> Vec<Member> {
-        vec![Member::new("circular_couette", 0.01).quick(), Member::new("circular_couette", 0.005)]
+        let body = |spacing: f64| {
+            Member::new("circular_couette_body", spacing)
+                .with("solid.particle_spacing_m", spacing)
+                .scheme("a body inside")
+        };
+        vec![
+            Member::new("circular_couette", 0.01).quick(),
+            Member::new("circular_couette", 0.005),
+            body(0.01),
+            body(0.005),
+        ]
     }
 
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
@@ -57,7 +67,7 @@ impl Case for CircularCouette {
         let radii = (0..=40).map(|k| INNER + (OUTER - INNER) * f64::from(k) / 40.0);
         plot.line("exact", radii.map(|r| (r, exact(r))).collect());
         for run in runs {
-            plot.points(format!("{} m", run.member.spacing), profile(run)?);
+            plot.points(format!("{} {} m", run.member.scheme, run.member.spacing), profile(run)?);
         }
         Ok(vec![plot])
     }

@@ -9,9 +9,6 @@
 //! from the ledger; the momenta are sums over particles. What the stabilisers of the water add is left out: it must not
 //! matter.
 
-use coordinator::results::names;
-use coordinator::results::table::Table;
-
 use super::floating::coupling;
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
 
@@ -34,17 +31,13 @@ struct Sums {
 }
 
 fn sums(run: &Run) -> Result<Sums, String> {
-    let ledger = Table::read(&run.folder.join("results").join(names::LEDGER)).map_err(|e| e.to_string())?;
-    let column = |name: &str| {
-        let name = format!("{name}_impulse_x_n_s_per_m");
-        ledger.column(&name).ok_or_else(|| format!("the ledger has no column `{name}`"))
-    };
-    let times = ledger.column("t_s").ok_or("the ledger has no times")?;
-    let history = |values: Vec<f64>| -> Vec<(f64, f64)> { times.iter().copied().zip(values).collect() };
-    let clamp = history(column("solid_supports")?);
-    let walls = column("fluid_walls")?.into_iter().zip(column("solid_wall_contact")?);
-    let walls = history(walls.map(|(water, solids)| water + solids).collect());
-    let stabilisers = history(column("fluid_stabilisers")?);
+    let impulse = |name: &str| run.ledger(&format!("{name}_impulse_x_n_s_per_m"));
+    let clamp = impulse("solid_supports")?;
+    let mut walls = impulse("fluid_walls")?;
+    for (of_both, (_, of_solids)) in walls.iter_mut().zip(impulse("solid_wall_contact")?) {
+        of_both.1 += of_solids;
+    }
+    let stabilisers = impulse("fluid_stabilisers")?;
     let water = run.history("water_momentum_x_kg_per_s")?;
     let solids = run.column("solids_momentum_x_kg_per_s")?;
     let plate = run.column("plate_momentum_x_kg_per_s")?;

@@ -2,6 +2,7 @@
 
 use super::Case;
 
+mod arrays;
 mod beams;
 mod bore;
 mod channel;
@@ -38,6 +39,7 @@ pub fn all() -> Vec<&'static dyn Case> {
         &channel::COUETTE,
         &channel::POISEUILLE,
         &circular_couette::CircularCouette,
+        &arrays::CYLINDERS,
         &drop::Drop,
         &square_patch::SquarePatch,
         &taylor_green::TaylorGreen,
@@ -86,6 +88,7 @@ pub fn all() -> Vec<&'static dyn Case> {
         &spatial::SlabDamBreak,
         &spatial::DuctFlow,
         &spatial::PipeFlow,
+        &arrays::SPHERES,
         &spatial::Drop3d,
         &spatial::StandingWave3d,
         &spatial::TaylorGreen3d,

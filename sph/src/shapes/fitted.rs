@@ -59,9 +59,9 @@ pub(super) fn along_lines(
         Side::Outside(open) => open,
         Side::Inside => OpenSides::default(),
     };
-    let on_open_side = |a: &Vector, b: &Vector| {
+    let on_open_side = |edge: &[Vector]| {
         (0..2).any(|axis| {
-            let at = |plane: f64| (a[axis] - plane).abs() < tolerance && (b[axis] - plane).abs() < tolerance;
+            let at = |plane: f64| edge.iter().all(|x| (x[axis] - plane).abs() < tolerance);
             (open.lower[axis] && at(lower[axis])) || (open.upper[axis] && at(upper[axis]))
         })
     };
@@ -99,7 +99,7 @@ pub(super) fn along_lines(
 /// Points of `layers` layers inside the shape of `boundary`: `depth` \[m\] from layer to layer, the first half of it from the face, and
 /// `along` \[m\] apart in a layer.
 pub(super) fn layers_within(boundary: &Boundary, depth: f64, along: f64, layers: u32) -> Vec<Vector> {
-    let lines = polylines(boundary.traced(0.05 * along), 1e-6 * along, |_, _| false);
+    let lines = polylines(boundary.traced(0.05 * along), 1e-6 * along, |_| false);
     let mut crowd = Crowd::<Plane>::new(CLOSENESS * depth.min(along));
     let mut points = Vec::new();
     for layer in 0..layers {
@@ -115,12 +115,12 @@ pub(super) fn layers_within(boundary: &Boundary, depth: f64, along: f64, layers:
 }
 
 /// Whether every edge of `boundary` runs between two rows of the lattice of `spacing` \[m\] that starts at `origin` \[m\],
-/// within a millionth of the spacing; edges for which `left_out` holds, given their ends, do not count.
+/// within a millionth of the spacing; edges for which `left_out` holds, given their points, do not count.
 pub fn is_on_lattice(
     boundary: &Boundary,
     spacing: f64,
     origin: Vector,
-    left_out: impl Fn(&Vector, &Vector) -> bool,
+    left_out: impl Fn(&[Vector]) -> bool,
 ) -> bool {
     let between_rows = |a: &Vector, b: &Vector| {
         (0..2).any(|axis| {
@@ -131,7 +131,7 @@ pub fn is_on_lattice(
     boundary
         .traced(spacing)
         .iter()
-        .filter(|edge| !left_out(&edge[0], &edge[edge.len() - 1]))
+        .filter(|edge| !left_out(edge))
         .all(|edge| edge.windows(2).all(|pair| between_rows(&pair[0], &pair[1])))
 }
 
@@ -148,10 +148,10 @@ struct Polyline {
 fn polylines(
     edges: Vec<Vec<Vector>>,
     tolerance: f64,
-    leave_out: impl Fn(&Vector, &Vector) -> bool,
+    leave_out: impl Fn(&[Vector]) -> bool,
 ) -> Vec<Polyline> {
     let mut edges: Vec<Option<Vec<Vector>>> =
-        edges.into_iter().filter(|edge| !leave_out(&edge[0], &edge[edge.len() - 1])).map(Some).collect();
+        edges.into_iter().filter(|edge| !leave_out(edge)).map(Some).collect();
     let ends = |edge: &[Vector]| (edge[0], edge[edge.len() - 1]);
     let mut starts: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
     let mut finishes: HashMap<[i64; 3], Vec<usize>> = HashMap::new();

@@ -74,9 +74,9 @@ impl SceneSpace for Plane {
         open: OpenSides,
     ) -> bool {
         let (lower, upper) = shape.bounds();
-        let in_open_side = |a: &Vector, b: &Vector| {
+        let in_open_side = |edge: &[Vector]| {
             (0..2).any(|axis| {
-                let in_plane = |plane: f64| [a, b].iter().all(|x| (x[axis] - plane).abs() < 1e-6 * spacing);
+                let in_plane = |plane: f64| edge.iter().all(|x| (x[axis] - plane).abs() < 1e-6 * spacing);
                 (open.lower[axis] && in_plane(lower[axis])) || (open.upper[axis] && in_plane(upper[axis]))
             })
         };

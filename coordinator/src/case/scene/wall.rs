@@ -74,7 +74,7 @@ fn lay_out_wall<S: SceneSpace>(
     }
     let origin = wall.lattice_origin_m.as_ref().map_or(lattice.origin, |at| at.value.to::<S>());
     let container = wall.kind.value == WallKind::Container;
-    let open = open_sides(wall, domain);
+    let open = open_sides(wall, shape.bounds(), domain);
     // A face against another wall is none: water never meets it, and it would bend the normals of corners.
     let covered = |point: &S::Vector| {
         let steps: f64 = others.iter().map(|other| other.steps).sum();
@@ -180,7 +180,7 @@ impl<S: SceneSpace> Material<S> {
             shape,
             thickness,
             container: wall.kind.value == WallKind::Container,
-            open: open_sides(wall, domain),
+            open: open_sides(wall, (lower, upper), domain),
             lower: lower + S::Vector::repeat(-thickness - spacing),
             upper: upper + S::Vector::repeat(thickness + spacing),
             steps: 10.0 * (1 + written.value.pieces()) as f64,
@@ -253,14 +253,25 @@ fn skin<S: SceneSpace>(
     particles
 }
 
-/// Sides without a wall: those named, and both across a periodic direction.
-fn open_sides<S: SceneSpace>(wall: &WallTable, domain: &Domain<S>) -> OpenSides<S> {
+/// Sides without a wall: those named, and across a periodic direction both of a container, and of a solid those at which it meets
+/// itself. `bounds` are those of its shape \[m\].
+fn open_sides<S: SceneSpace>(
+    wall: &WallTable,
+    (lower, upper): (S::Vector, S::Vector),
+    domain: &Domain<S>,
+) -> OpenSides<S> {
     let named = |axis, upper| {
         wall.open_sides.iter().flatten().any(|choice| choice.value == DomainSide { axis, upper })
     };
+    let container = wall.kind.value == WallKind::Container;
+    let repeats = |axis, side: f64, end: f64| {
+        // Round-off of a sum of coordinates, far below a spacing.
+        let meets_itself = (side - end).abs() < 1e-9 * domain.size()[axis];
+        domain.periodic[axis] && (container || meets_itself)
+    };
     OpenSides {
-        lower: S::axes(|axis| domain.periodic[axis] || named(axis, false)),
-        upper: S::axes(|axis| domain.periodic[axis] || named(axis, true)),
+        lower: S::axes(|axis| repeats(axis, lower[axis], domain.lower[axis]) || named(axis, false)),
+        upper: S::axes(|axis| repeats(axis, upper[axis], domain.upper[axis]) || named(axis, true)),
     }
 }
 

@@ -181,3 +181,34 @@ formulation = { type = \"rigid\" }
     // √(E/((1 − ν²) ρ)), to round-off.
     assert!((speed / (1e6_f64 / 0.84 / 1000.0).sqrt() - 1.0).abs() < 1e-12);
 }
+
+#[test]
+fn a_round_wall_in_a_periodic_domain_has_layers_along_its_face() {
+    let periodic = |shape: &str| {
+        let text = tank(&format!(
+            "[[fluid.region]]
+name = \"water\"
+shape = {{ type = \"rectangle\", lower_m = [0.0, 0.0], upper_m = [0.04, 0.04] }}
+[[wall]]
+name = \"obstacle\"
+type = \"solid\"
+shape = {shape}"
+        ));
+        let text = text.replace("[0.2, 0.3]\n", "[0.2, 0.3]\nperiodic = [\"x\"]\n");
+        let setup = good(&text).fluid_setup().unwrap().plane().unwrap();
+        let walls = setup.wall_particles;
+        let own = (0..walls.wall.len()).filter(|w| walls.wall[*w] == 1);
+        own.map(|w| walls.position[w]).collect::<Vec<Vector>>()
+    };
+    let (centre, radius) = (Vector::new(0.1, 0.15), 0.03);
+    let circle = periodic("{ type = \"circle\", centre_m = [0.1, 0.15], radius_m = 0.03 }");
+    // Half a spacing behind the face.
+    let first = radius - 0.002;
+    let ring = circle.iter().filter(|x| ((*x - centre).norm() - first).abs() < 1e-5).count();
+    // A spacing apart.
+    assert_eq!(ring, (std::f64::consts::TAU * first / 0.004).round() as usize);
+    // Its sides are half a spacing from rows.
+    let off = periodic("{ type = \"rectangle\", lower_m = [0.082, 0.1], upper_m = [0.118, 0.14] }");
+    let right = off.iter().map(|x| x.x).fold(0.0, f64::max);
+    assert!((right - 0.116).abs() < 1e-9, "{right}");
+}

@@ -53,7 +53,7 @@ fn along_the_lattice_layers_are_those_of_the_lattice() {
     // Equally near two faces: the lattice gives no normal on the diagonal of a corner, nor do layers.
     found.sort_by(|a, b| a.position.x.total_cmp(&b.position.x));
     assert_same(&found, &expected);
-    let on_lattice = |shape: &Shape| is_on_lattice(&shape.boundary(), 0.05, Vector::zeros(), |_, _| false);
+    let on_lattice = |shape: &Shape| is_on_lattice(&shape.boundary(), 0.05, Vector::zeros(), |_| false);
     assert!(on_lattice(&l) && !on_lattice(&l.translated(&at(0.01, 0.0))));
 }
 
@@ -74,7 +74,7 @@ fn a_turned_shape_has_the_turned_layers() {
             &straight,
         );
     }
-    let on_lattice = |shape: &Shape| is_on_lattice(&shape.boundary(), 0.05, Vector::zeros(), |_, _| false);
+    let on_lattice = |shape: &Shape| is_on_lattice(&shape.boundary(), 0.05, Vector::zeros(), |_| false);
     assert!(!on_lattice(&polygon(&turned_vertices)));
     assert!(!on_lattice(&Shape::Circle { centre: at(0.0, 0.0), radius: 1.0 }));
 }

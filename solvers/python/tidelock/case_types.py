@@ -1102,11 +1102,12 @@ class WallContainer(TypedDict):
     motion: NotRequired["Motion"]
     # name of the wall.  Unit: -. Default: must be written. Range: 1 to 64 letters, digits, `_` or `-`.
     name: str
-    # sides without a wall; sides across a periodic direction are always open.  - `left`: toward lower x, in the plane
-    # - `right`: toward higher x, in the plane - `bottom`: toward lower y, in the plane - `top`: toward higher y, in
-    # the plane - `-x`: toward lower x, in space - `+x`: toward higher x, in space - `-y`: toward lower y, in space -
-    # `+y`: toward higher y, in space - `-z`: toward lower z, in space - `+z`: toward higher z, in space  Unit: -.
-    # Default: `[]`. Range: a list of some of "left", "right", "bottom", "top", "-x", "+x", "-y", "+y", "-z", "+z".
+    # sides without a wall; where the shape reaches a periodic side of the domain it is open.  - `left`: toward lower
+    # x, in the plane - `right`: toward higher x, in the plane - `bottom`: toward lower y, in the plane - `top`:
+    # toward higher y, in the plane - `-x`: toward lower x, in space - `+x`: toward higher x, in space - `-y`: toward
+    # lower y, in space - `+y`: toward higher y, in space - `-z`: toward lower z, in space - `+z`: toward higher z, in
+    # space  Unit: -. Default: `[]`. Range: a list of some of "left", "right", "bottom", "top", "-x", "+x", "-y",
+    # "+y", "-z", "+z".
     open_sides: NotRequired[list[Literal['left', 'right', 'bottom', 'top', '-x', '+x', '-y', '+y', '-z', '+z']]]
     # time at which the wall is removed.  Unit: s. Default: never. Range: a finite number.
     release_time_s: NotRequired[float]

@@ -50,7 +50,7 @@ pub static WALL: TableSpec = TableSpec::new(
                 key(
                     "open_sides",
                     Kind::SomeWords(SIDE_WORDS),
-                    "sides without a wall; sides across a periodic direction are always open",
+                    "sides without a wall; where the shape reaches a periodic side of the domain it is open",
                 )
                 .or_else("`[]`"),
             ],

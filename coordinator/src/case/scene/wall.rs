@@ -253,8 +253,8 @@ fn skin<S: SceneSpace>(
     particles
 }
 
-/// Sides without a wall: those named, and across a periodic direction both of a container, and of a solid those at which it meets
-/// itself. `bounds` are those of its shape \[m\].
+/// Sides without a wall: those named, and those at which it meets itself across a periodic direction. `bounds` are those of its
+/// shape \[m\].
 fn open_sides<S: SceneSpace>(
     wall: &WallTable,
     (lower, upper): (S::Vector, S::Vector),
@@ -263,15 +263,11 @@ fn open_sides<S: SceneSpace>(
     let named = |axis, upper| {
         wall.open_sides.iter().flatten().any(|choice| choice.value == DomainSide { axis, upper })
     };
-    let container = wall.kind.value == WallKind::Container;
-    let repeats = |axis, side: f64, end: f64| {
-        // Round-off of a sum of coordinates, far below a spacing.
-        let meets_itself = (side - end).abs() < 1e-9 * domain.size()[axis];
-        domain.periodic[axis] && (container || meets_itself)
-    };
+    // Round-off of a sum of coordinates, far below a spacing.
+    let reaches = |axis, beyond: f64| domain.periodic[axis] && beyond > -1e-9 * domain.size()[axis];
     OpenSides {
-        lower: S::axes(|axis| repeats(axis, lower[axis], domain.lower[axis]) || named(axis, false)),
-        upper: S::axes(|axis| repeats(axis, upper[axis], domain.upper[axis]) || named(axis, true)),
+        lower: S::axes(|axis| reaches(axis, domain.lower[axis] - lower[axis]) || named(axis, false)),
+        upper: S::axes(|axis| reaches(axis, upper[axis] - domain.upper[axis]) || named(axis, true)),
     }
 }
 

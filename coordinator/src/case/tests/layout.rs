@@ -184,14 +184,14 @@ formulation = { type = \"rigid\" }
 
 #[test]
 fn a_round_wall_in_a_periodic_domain_has_layers_along_its_face() {
-    let periodic = |shape: &str| {
+    let periodic = |kind: &str, shape: &str| {
         let text = tank(&format!(
             "[[fluid.region]]
 name = \"water\"
 shape = {{ type = \"rectangle\", lower_m = [0.0, 0.0], upper_m = [0.04, 0.04] }}
 [[wall]]
 name = \"obstacle\"
-type = \"solid\"
+type = \"{kind}\"
 shape = {shape}"
         ));
         let text = text.replace("[0.2, 0.3]\n", "[0.2, 0.3]\nperiodic = [\"x\"]\n");
@@ -201,14 +201,14 @@ shape = {shape}"
         own.map(|w| walls.position[w]).collect::<Vec<Vector>>()
     };
     let (centre, radius) = (Vector::new(0.1, 0.15), 0.03);
-    let circle = periodic("{ type = \"circle\", centre_m = [0.1, 0.15], radius_m = 0.03 }");
-    // Half a spacing behind the face.
-    let first = radius - 0.002;
-    let ring = circle.iter().filter(|x| ((*x - centre).norm() - first).abs() < 1e-5).count();
-    // A spacing apart.
-    assert_eq!(ring, (std::f64::consts::TAU * first / 0.004).round() as usize);
+    for (kind, first) in [("solid", radius - 0.002), ("container", radius + 0.002)] {
+        let circle = periodic(kind, "{ type = \"circle\", centre_m = [0.1, 0.15], radius_m = 0.03 }");
+        // A spacing apart, half a spacing behind the face.
+        let ring = circle.iter().filter(|x| ((*x - centre).norm() - first).abs() < 1e-5).count();
+        assert_eq!(ring, (std::f64::consts::TAU * first / 0.004).round() as usize, "{kind}");
+    }
     // Its sides are half a spacing from rows.
-    let off = periodic("{ type = \"rectangle\", lower_m = [0.082, 0.1], upper_m = [0.118, 0.14] }");
+    let off = periodic("solid", "{ type = \"rectangle\", lower_m = [0.082, 0.1], upper_m = [0.118, 0.14] }");
     let right = off.iter().map(|x| x.x).fold(0.0, f64::max);
     assert!((right - 0.116).abs() < 1e-9, "{right}");
 }

@@ -13,7 +13,9 @@ pub struct Array {
     spacings: &'static [f64],
     /// Share of the cell that the obstacle fills.
     filled: f64,
-    /// Force on an obstacle over that of its reference, μU L or 6πμRU, U the mean velocity over the cell.
+    /// ℓ \[-\], in space \[m\], of the reference force μUℓ, U the mean velocity over the cell, from the share `filled`.
+    reference: fn(f64) -> f64,
+    /// Force on an obstacle over the reference force.
     drag: f64,
     /// Error that the finest member may have.
     tolerance: f64,
@@ -26,6 +28,7 @@ pub const CYLINDERS: Array = Array {
     files: ["cylinder_array", "cylinder_array_body"],
     spacings: &[0.05, 0.025, 0.0125],
     filled: 0.2,
+    reference: |_| 1.0,
     drag: 51.53,
     // The drag grows as the 2.4th power of the radius: the face is right to 0.08 of a spacing.
     tolerance: 0.01,
@@ -38,24 +41,17 @@ pub const SPHERES: Array = Array {
     files: ["sphere_array", "sphere_array_body"],
     spacings: &[0.05, 0.03125],
     filled: 0.125,
+    // 6πR.
+    reference: |filled| 6.0 * PI * (3.0 * filled / (4.0 * PI)).cbrt(),
     drag: 4.292,
     // The drag grows as the third power of the radius: the face is right to 0.17 of a spacing.
     tolerance: 0.05,
 };
 
 impl Array {
-    /// μU L, or 6πμRU in space, for U = 1 m/s \[N/m or N\].
-    fn reference(&self, viscosity: f64) -> f64 {
-        if self.files[0] == CYLINDERS.files[0] {
-            viscosity
-        } else {
-            6.0 * PI * viscosity * (3.0 * self.filled / (4.0 * PI)).cbrt()
-        }
-    }
-
     /// Times \[s\] and drag coefficients, from the momentum of the water.
     fn drags(&self, run: &Run) -> Result<Vec<(f64, f64)>, String> {
-        let viscosity = run.number("fluid.dynamic_viscosity_pa_s")?;
+        let reference = run.number("fluid.dynamic_viscosity_pa_s")? * (self.reference)(self.filled);
         let mass = run.column("water_mass_kg_per_m").or_else(|_| run.column("water_mass_kg"))?;
         let momentum = run
             .history("water_momentum_x_kg_per_s")
@@ -63,7 +59,7 @@ impl Array {
         let drag = |((t, momentum), mass): ((f64, f64), f64)| {
             // Of water that fills the whole cell: a body force on obstacles too is a pressure gradient in the water.
             let density = mass / (1.0 - self.filled);
-            (t, density / (self.reference(viscosity) * momentum / density))
+            (t, density / (reference * momentum / density))
         };
         // At the start the water is at rest.
         Ok(momentum.into_iter().zip(mass).map(drag).filter(|(_, drag)| drag.is_finite()).collect())

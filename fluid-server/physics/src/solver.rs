@@ -236,10 +236,11 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
         let Self { model, state, workspace, boundary, .. } = self;
         let immersed = workspace.interface.as_ref().map_or(0, |interface| interface.immersed());
         let mut forces = Vec::new();
-        if probes::need_wall_forces(model) {
+        let read = probes::walls_with_forces(model);
+        if read.contains(&true) {
             forces = match boundary.evaluated(model, state, workspace, time) {
-                Some((state, workspace)) => wall_forces(model, state, workspace, time),
-                None => vec![S::Vector::repeat(f64::NAN); model.walls.names.len()],
+                Some((state, workspace)) => wall_forces(model, state, workspace, time, &read),
+                None => vec![S::Vector::repeat(f64::NAN); read.len()],
             };
         }
         with_all(model, state, |state| probes::values(model, state, time, &forces, immersed, values));

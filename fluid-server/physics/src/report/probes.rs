@@ -30,9 +30,10 @@ sph::constants! {
         "intervals of the midpoint rule across the support of a particle in a flow rate [-]";
 }
 
-/// Whether a probe of `model` needs the forces on walls.
-pub fn need_wall_forces<S: Space>(model: &FluidModel<S>) -> bool {
-    model.probes.iter().any(|probe| matches!(probe, Probe::Plain(FluidProbeKind::WallForce(_))))
+/// For each wall whether a probe of `model` reads the force on it.
+pub fn walls_with_forces<S: Space>(model: &FluidModel<S>) -> Vec<bool> {
+    let reads = |wall: usize, probe: &Probe<S>| matches!(probe, Probe::Plain(FluidProbeKind::WallForce(w)) if *w as usize == wall);
+    (0..model.walls.names.len()).map(|wall| model.probes.iter().any(|probe| reads(wall, probe))).collect()
 }
 
 /// Values of `model`'s probes at `time` \[s\]; `forces` are those on the walls \[N/m\] where they are needed, `immersed` is the number of

@@ -19,17 +19,18 @@ use crate::system::state::FluidState;
 use crate::system::tasks::sum_over_particles;
 use crate::time::stage::Workspace;
 
-/// Force of the fluid on each wall \[N/m\] as of the last evaluation in `workspace`, at `time` \[s\].
+/// Force of the fluid on each wall that is `read` \[N/m\] as of the last evaluation in `workspace`, at `time` \[s\]; zero on the others.
 pub fn wall_forces<S: FluidSpace>(
     model: &FluidModel<S>,
     state: &FluidState<S>,
     workspace: &Workspace<S>,
     time: f64,
+    read: &[bool],
 ) -> Vec<S::Vector> {
     if model.domain.is_periodic() {
-        forces(Periodic::new(&model.domain), model, state, workspace, time)
+        forces(Periodic::new(&model.domain), model, state, workspace, time, read)
     } else {
-        forces(Open, model, state, workspace, time)
+        forces(Open, model, state, workspace, time, read)
     }
 }
 
@@ -39,6 +40,7 @@ fn forces<S: FluidSpace, G: Geometry<S>>(
     state: &FluidState<S>,
     workspace: &Workspace<S>,
     time: f64,
+    read: &[bool],
 ) -> Vec<S::Vector> {
     let Workspace { lists, fluid, walls, gradients, .. } = workspace;
     let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
@@ -51,12 +53,13 @@ fn forces<S: FluidSpace, G: Geometry<S>>(
         part: StagePart::Momentum,
         energy: None,
     };
-    force_terms(model).call(WallForces { fields: &fields })
+    force_terms(model).call(WallForces { fields: &fields, read })
 }
 
 /// The pass over all particles.
 struct WallForces<'a, G, S: FluidSpace> {
     fields: &'a StageFields<'a, G, S>,
+    read: &'a [bool],
 }
 
 impl<S: FluidSpace, G: Geometry<S>> TermsPass for WallForces<'_, G, S> {
@@ -71,8 +74,9 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for WallForces<'_, G, S> {
             // Most particles are near no wall, and few near more than one.
             let mut near: Vec<u32> = Vec::new();
             for w in fields.scene.wall_neighbours(i) {
-                if !near.contains(&walls.wall[w]) {
-                    near.push(walls.wall[w]);
+                let wall = walls.wall[w];
+                if self.read[wall as usize] && !near.contains(&wall) {
+                    near.push(wall);
                 }
             }
             let mut forces = PerWall::<S>(Vec::new());

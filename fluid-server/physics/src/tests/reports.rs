@@ -3,7 +3,7 @@
 use sph::coupling::driver::{Command, Event, Link};
 use sph::coupling::ledger::EnergyAccount;
 use sph::coupling::solver::Solver;
-use sph::setup::{FluidProbe, FluidProbeKind, StepPolicy, WallCondition};
+use sph::setup::{FluidProbe, FluidProbeKind, FluidScheme, StepPolicy, WallCondition};
 use sph::space::Vector;
 
 use super::support::{add_block, add_floor, add_particle, dam_break, empty_scene, run, solver};
@@ -167,26 +167,51 @@ fn energy_is_not_made() {
 
 #[test]
 fn outputs_that_are_asked_for_often_are_those_of_a_run_that_is_asked_once() {
-    let outputs = |each_boundary: bool| {
+    let outputs = |scheme: FluidScheme, each_boundary: bool| {
         let mut setup = dam_break();
+        setup.parameters.scheme = scheme;
         setup.probes = vec![probe(FluidProbeKind::WallForce(0))];
         let mut solver = solver(setup);
         let mut values = Vec::new();
-        for step in 0..10 {
+        // Long enough for new lists.
+        for step in 0..60 {
             if each_boundary {
-                // Walls that rest know no time: it is the state that has to be another one.
-                solver.probes(4e-3, &mut values);
-                drop(solver.snapshot(step, 4e-3));
+                let time = step as f64 * 4e-4;
+                solver.probes(time, &mut values);
+                drop(solver.snapshot(step, time));
             }
             super::support::try_step(&mut solver, step, 4e-4).unwrap();
         }
         values.clear();
-        solver.probes(4e-3, &mut values);
-        (values, solver.snapshot(10, 4e-3).fields)
+        solver.probes(24e-3, &mut values);
+        (solver.state.list_builds, values, solver.snapshot(60, 24e-3).fields)
     };
-    let (asked, once) = (outputs(true), outputs(false));
-    assert!(once.0[1] < -100.0, "the water weighs on the floor: {:?}", once.0);
-    assert_eq!(asked, once);
+    for scheme in [FluidScheme::PredictorCorrector, FluidScheme::Leapfrog] {
+        let (asked, once) = (outputs(scheme, true), outputs(scheme, false));
+        assert!(once.0 > 2 && once.1[1] < -100.0, "the water weighs on the floor: {:?}", (once.0, once.1));
+        assert_eq!(asked, once);
+    }
+}
+
+#[test]
+fn the_next_predictor_keeps_the_evaluation_of_an_output() {
+    let change_of_density = |time: f64| {
+        let mut setup = dam_break();
+        setup.parameters.scheme = FluidScheme::Leapfrog;
+        setup.probes = vec![probe(FluidProbeKind::WallForce(0))];
+        let mut solver = solver(setup);
+        run(&mut solver, 5, 4e-4);
+        solver.probes(time, &mut Vec::new());
+        // Behind the back of the solver: an evaluation would replace it.
+        solver.workspace.rates.iter_mut().for_each(|rates| rates.density = 1e5);
+        let before = solver.state.density.clone();
+        super::support::try_step(&mut solver, 5, 4e-4).unwrap();
+        let changes = solver.state.density.iter().zip(&before).map(|(after, before)| (after - before).abs());
+        changes.fold(0.0, f64::max)
+    };
+    // 20 kg/m³ in half a step. Of another time the evaluation is not that of the step's start.
+    assert!(change_of_density(2e-3) > 10.0);
+    assert!(change_of_density(2.1e-3) < 5.0);
 }
 
 #[test]

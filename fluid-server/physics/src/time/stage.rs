@@ -54,6 +54,8 @@ pub struct Workspace<S: FluidSpace> {
     pub volume: VolumeReading,
     /// Whether this stage computes them, or keeps those of the stage before.
     computes_gradients: bool,
+    /// Time of the step boundary, as bits, whose walls and own gradient sums an output has asked for, while they hold.
+    boundary: Option<u64>,
     /// Part of the rates that this stage computes.
     pub part: StagePart,
     /// Rates of the stage.
@@ -131,6 +133,7 @@ impl<S: FluidSpace> Workspace<S> {
             self.receive_copies(model);
             // The particles change their order.
             self.computes_gradients = true;
+            self.boundary = None;
             self.lists.rebuild(model, state, &mut self.base, time, moves);
             if let Some(interface) = &mut self.interface {
                 interface.update_extent(&model.team, state);
@@ -209,7 +212,7 @@ impl<S: FluidSpace> Workspace<S> {
 
     /// To be called where the state changes other than by a stage: drops what belongs to the old one.
     pub fn forget_state(&mut self) {
-        (self.current, self.energies) = (false, None);
+        (self.current, self.boundary, self.energies) = (false, None, None);
         self.base = StepStart::default();
         self.lists.forget_particles();
     }
@@ -224,6 +227,9 @@ impl<S: FluidSpace> Workspace<S> {
     }
 
     fn own<G: Geometry<S>>(&mut self, geometry: G, model: &FluidModel<S>, time: f64) {
+        if self.boundary.take() == Some(time.to_bits()) {
+            return;
+        }
         self.extrapolate_walls(geometry, model, Needs::Nothing, time);
         self.owes_walls = true;
         if self.computes_gradients {
@@ -366,7 +372,8 @@ impl<S: FluidSpace> Workspace<S> {
             .rates(needs, rates, continuity, external);
     }
 
-    /// Walls and gradients of `state` at a step boundary of `time` \[s\], for outputs; the next stage replaces them.
+    /// Walls and gradients of `state` at a step boundary of `time` \[s\], for outputs; the predictor of the next step, which needs
+    /// the same, keeps them.
     ///
     /// The partner's particles are left out: they reach walls only through L_i. Answers whether the lists hold for
     /// `state`; where they do not, nothing is evaluated.
@@ -394,8 +401,10 @@ impl<S: FluidSpace> Workspace<S> {
             return Ok(false);
         }
         self.computes_gradients = true;
+        self.boundary = None;
         self.evaluate_own(model, time);
         self.gradients.make_tensors(model, 0..state.len(), &self.fluid);
+        self.boundary = Some(time.to_bits());
         Ok(true)
     }
 
@@ -403,6 +412,7 @@ impl<S: FluidSpace> Workspace<S> {
     pub fn release(&mut self) {
         self.lists.release();
         self.gradients = Gradients::default();
+        self.boundary = None;
     }
 }
 

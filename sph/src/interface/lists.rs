@@ -23,7 +23,7 @@ pub struct CrossPair {
 #[derive(Debug, Default)]
 pub struct Search<S: Space> {
     grid: CellGrid<S>,
-    /// Positions of the solid's states in the order of cells \[m\].
+    /// Positions of the states that are searched, in the order of cells \[m\].
     placed: Vec<S::Vector>,
     found: Vec<Found>,
 }
@@ -36,34 +36,37 @@ struct Found {
 }
 
 impl<S: Space> Search<S> {
-    /// Fills `rows` of the fluid with exactly the pairs within `support` \[m\], without their regions.
+    /// Fills the rows of `centres` with exactly the pairs with `others` within `support` \[m\], without their regions; the row of
+    /// a centre that is not `wanted` stays empty.
     pub fn fill(
         &mut self,
         domain: &Domain<S>,
         support: f64,
-        fluid: &InterfaceStates<S>,
-        solid: &InterfaceStates<S>,
+        [centres, others]: [&InterfaceStates<S>; 2],
+        wanted: impl Fn(usize) -> bool + Sync,
         rows: &mut Rows,
     ) {
         let Self { grid, placed, found } = self;
-        grid.renew(domain, &solid.position, support);
+        grid.renew(domain, &others.position, support);
         placed.clear();
-        placed.extend(grid.order().iter().map(|s| solid.position[*s as usize]));
-        found.resize_with(fluid.len().div_ceil(TASK), Found::default);
+        placed.extend(grid.order().iter().map(|s| others.position[*s as usize]));
+        found.resize_with(centres.len().div_ceil(TASK), Found::default);
         let (grid, square) = (&*grid, support * support);
-        for_each_task(fluid.len(), TASK, PerTask(&mut found[..]), &|particles, PerTask(found)| {
+        for_each_task(centres.len(), TASK, PerTask(&mut found[..]), &|particles, PerTask(found)| {
             let Found { ends, pairs } = &mut found[0];
             ends.clear();
             pairs.clear();
-            for x in &fluid.position[particles] {
-                let x = domain.wrapped(x);
+            for i in particles {
                 let start = pairs.len();
-                for k in grid.ranges(grid.cell(&x)).iter().cloned().flatten() {
-                    if domain.separation(&x, &placed[k]).norm_squared() < square {
-                        pairs.push(CrossPair { other: grid.order()[k], region: 0 });
+                if wanted(i) {
+                    let x = domain.wrapped(&centres.position[i]);
+                    for k in grid.ranges(grid.cell(&x)).iter().cloned().flatten() {
+                        if domain.separation(&x, &placed[k]).norm_squared() < square {
+                            pairs.push(CrossPair { other: grid.order()[k], region: 0 });
+                        }
                     }
+                    pairs[start..].sort_unstable_by_key(|pair| pair.other);
                 }
-                pairs[start..].sort_unstable_by_key(|pair| pair.other);
                 ends.push(pairs.len() as u32);
             }
         });

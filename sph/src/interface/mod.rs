@@ -73,7 +73,7 @@ impl<S: Space> Interface<S> {
     pub fn update(&mut self, time: f64, fluid: &InterfaceStates<S>, solid: &InterfaceStates<S>) {
         let Self { law, domain, body_force, search, of_fluid, of_solid, regions, gradients, .. } = self;
         let support = law.support_radius();
-        search.fill(domain, support, fluid, solid, of_fluid);
+        search.fill(domain, support, [fluid, solid], |_| true, of_fluid);
         of_solid.transpose(of_fluid, solid.len());
         match law.kind() {
             InterfaceLaw::PlainSum => regions.update_whole(of_solid, |s| Dummy {

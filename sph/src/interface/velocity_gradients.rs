@@ -40,17 +40,18 @@ impl<S: Space> VelocityGradients<S> {
         of_solid: &Rows,
     ) {
         let Self { search, rows, gradients } = self;
-        search.fill(domain, law.support_radius(), solid, solid, rows);
+        let faces_fluid = |s: usize| !of_solid.of(s).is_empty();
+        search.fill(domain, law.support_radius(), [solid, solid], faces_fluid, rows);
         gradients.clear();
         gradients.resize(solid.len(), S::Tensor::zeros());
         let rows = &*rows;
         for_each(&mut gradients[..], TASK, |s, gradient| {
-            if of_solid.of(s).is_empty() {
+            if !faces_fluid(s) {
                 return;
             }
             let (mut moments, mut products) = (S::Tensor::zeros(), S::Tensor::zeros());
             for t in rows.of(s).iter().map(|pair| pair.other as usize) {
-                if solid.group[t] == solid.group[s] && !of_solid.of(t).is_empty() {
+                if solid.group[t] == solid.group[s] && faces_fluid(t) {
                     let x_ts = domain.separation(&solid.position[t], &solid.position[s]);
                     let weighted = x_ts * law.weight(x_ts.norm());
                     moments += S::Tensor::outer(&weighted, &x_ts);

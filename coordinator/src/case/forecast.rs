@@ -54,18 +54,19 @@ impl Unit {
         Self::Step,
     ];
 
-    /// CPU time of one on the machine of docs/performance.md \[s\], fitted to the shipped cases by the program `forecast`.
+    /// CPU time of one \[s\], fitted to the shipped cases by the program `forecast --work`, on a machine on which a stage of a particle
+    /// of the benchmark in the plane takes 270 to 360 ns (docs/performance.md).
     fn cost(self) -> f64 {
         1e-9 * match self {
-            Self::FluidPair => 8.4,
-            Self::TensorPair => 6.1,
-            Self::WallParticle => 25.0,
-            Self::UpdatedPair => 3.6,
-            Self::ReferencePair => 9.0,
-            Self::ContactParticle => 55.0,
-            Self::ContactPair => 720.0,
-            Self::SolidParticle => 370.0,
-            Self::Step => 20500.0,
+            Self::FluidPair => 17.0,
+            Self::TensorPair => 13.0,
+            Self::WallParticle => 88.0,
+            Self::UpdatedPair => 6.1,
+            Self::ReferencePair => 20.0,
+            Self::ContactParticle => 150.0,
+            Self::ContactPair => 1500.0,
+            Self::SolidParticle => 570.0,
+            Self::Step => 76000.0,
         }
     }
 }

@@ -32,8 +32,13 @@ sph::constants! {
 
 /// For each wall whether a probe of `model` reads the force on it.
 pub fn walls_with_forces<S: Space>(model: &FluidModel<S>) -> Vec<bool> {
-    let reads = |wall: usize, probe: &Probe<S>| matches!(probe, Probe::Plain(FluidProbeKind::WallForce(w)) if *w as usize == wall);
-    (0..model.walls.names.len()).map(|wall| model.probes.iter().any(|probe| reads(wall, probe))).collect()
+    let mut read = vec![false; model.walls.names.len()];
+    for probe in &model.probes {
+        if let Probe::Plain(FluidProbeKind::WallForce(wall)) = probe {
+            read[*wall as usize] = true;
+        }
+    }
+    read
 }
 
 /// Values of `model`'s probes at `time` \[s\]; `forces` are those on the walls \[N/m\] where they are needed, `immersed` is the number of

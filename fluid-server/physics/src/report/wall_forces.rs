@@ -19,7 +19,8 @@ use crate::system::state::FluidState;
 use crate::system::tasks::sum_over_particles;
 use crate::time::stage::Workspace;
 
-/// Force of the fluid on each wall that is `read` \[N/m\] as of the last evaluation in `workspace`, at `time` \[s\]; zero on the others.
+/// Force of the fluid on each wall that is `read` \[N/m\] as of the last evaluation in `workspace`, at `time` \[s\]; zero on
+/// the others.
 pub fn wall_forces<S: FluidSpace>(
     model: &FluidModel<S>,
     state: &FluidState<S>,

@@ -55,7 +55,7 @@ pub struct Workspace<S: FluidSpace> {
     /// Whether this stage computes them, or keeps those of the stage before.
     computes_gradients: bool,
     /// Time of the step boundary, as bits, whose walls and own gradient sums an output has asked for, while they hold.
-    boundary: Option<u64>,
+    evaluated_boundary: Option<u64>,
     /// Part of the rates that this stage computes.
     pub part: StagePart,
     /// Rates of the stage.
@@ -133,7 +133,7 @@ impl<S: FluidSpace> Workspace<S> {
             self.receive_copies(model);
             // The particles change their order.
             self.computes_gradients = true;
-            self.boundary = None;
+            self.evaluated_boundary = None;
             self.lists.rebuild(model, state, &mut self.base, time, moves);
             if let Some(interface) = &mut self.interface {
                 interface.update_extent(&model.team, state);
@@ -212,7 +212,7 @@ impl<S: FluidSpace> Workspace<S> {
 
     /// To be called where the state changes other than by a stage: drops what belongs to the old one.
     pub fn forget_state(&mut self) {
-        (self.current, self.boundary, self.energies) = (false, None, None);
+        (self.current, self.evaluated_boundary, self.energies) = (false, None, None);
         self.base = StepStart::default();
         self.lists.forget_particles();
     }
@@ -227,7 +227,7 @@ impl<S: FluidSpace> Workspace<S> {
     }
 
     fn own<G: Geometry<S>>(&mut self, geometry: G, model: &FluidModel<S>, time: f64) {
-        if self.boundary.take() == Some(time.to_bits()) {
+        if self.evaluated_boundary.take() == Some(time.to_bits()) {
             return;
         }
         self.extrapolate_walls(geometry, model, Needs::Nothing, time);
@@ -401,10 +401,10 @@ impl<S: FluidSpace> Workspace<S> {
             return Ok(false);
         }
         self.computes_gradients = true;
-        self.boundary = None;
+        self.evaluated_boundary = None;
         self.evaluate_own(model, time);
         self.gradients.make_tensors(model, 0..state.len(), &self.fluid);
-        self.boundary = Some(time.to_bits());
+        self.evaluated_boundary = Some(time.to_bits());
         Ok(true)
     }
 
@@ -412,7 +412,7 @@ impl<S: FluidSpace> Workspace<S> {
     pub fn release(&mut self) {
         self.lists.release();
         self.gradients = Gradients::default();
-        self.boundary = None;
+        self.evaluated_boundary = None;
     }
 }
 

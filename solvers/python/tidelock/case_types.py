@@ -351,17 +351,17 @@ class StartRest(TypedDict):
 
 
 class StartHydrostatic(TypedDict):
-    """in equilibrium under its weight; the rows are compressed as the pressure requires"""
+    """in equilibrium under its weight"""
 
-    # where the rows lie.  - `consistent`: rows drawn together as the pressure requires: the water is at rest -
-    # `uniform`: the rows are kept, and the column oscillates  Unit: -. Default: "consistent". Range: "consistent",
-    # "uniform".
+    # where the rows lie.  - `consistent`: the water is at rest: rows drawn together as the pressure requires, or,
+    # with a surface more than a spacing above all of the water, as in a full vessel, rows kept, with the mass of
+    # their pressure - `uniform`: the rows are kept, and the column oscillates  Unit: -. Default: "consistent". Range:
+    # "consistent", "uniform".
     lattice: NotRequired[Literal['consistent', 'uniform']]
     # height of the free surface, measured against gravity from the origin.  Unit: m. Default: must be written. Range:
     # a finite number.
     surface_m: float
-    # pressure at the start: hydrostatic, in equilibrium under its weight; the rows are compressed as the pressure
-    # requires
+    # pressure at the start: hydrostatic, in equilibrium under its weight
     type: Literal['hydrostatic']
 
 

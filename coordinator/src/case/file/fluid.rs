@@ -95,7 +95,7 @@ static START: TableSpec =
             Variant::new("rest", "no pressure, the rest density", &[]),
             Variant::new(
                 "hydrostatic",
-                "in equilibrium under its weight; the rows are compressed as the pressure requires",
+                "in equilibrium under its weight",
                 &[
                     key(
                         "surface_m",
@@ -107,7 +107,7 @@ static START: TableSpec =
                         Kind::Word(&[
                             (
                                 "consistent",
-                                "rows drawn together as the pressure requires: the water is at rest",
+                                "the water is at rest: rows drawn together as the pressure requires, or, with a surface more than a spacing above all of the water, as in a full vessel, rows kept, with the mass of their pressure",
                             ),
                             ("uniform", "the rows are kept, and the column oscillates"),
                         ]),
@@ -261,7 +261,8 @@ pub enum StartTable {
 /// Where the particles of a hydrostatic start lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HydrostaticLattice {
-    /// Rows drawn together by ρ₀/ρ, all particles with rest mass, pressure as the kernel sums balance it: at rest.
+    /// Rows drawn together by ρ₀/ρ, all particles with rest mass, pressure as the kernel sums balance it: at rest. Water that its
+    /// surface lies above stays in its place, with the mass of its pressure.
     Consistent,
     /// The lattice of a region at rest: particles' volumes do not fill it, and the start rings.
     Uniform,

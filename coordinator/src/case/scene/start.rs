@@ -89,6 +89,7 @@ pub fn start<S: Space>(
     let count = positions.len();
     let rest_mass = || (0..count).map(|k| constants.rest_density * volume(k)).collect();
     let at_rest = || Started { mass: rest_mass(), density: vec![constants.rest_density; count] };
+    let masses = |density: &[f64]| density.iter().enumerate().map(|(k, rho)| rho * volume(k)).collect();
     let tait = constants.equation_of_state();
     match table {
         StartTable::Rest => at_rest(),
@@ -98,6 +99,10 @@ pub fn start<S: Space>(
                 errors.add(error.hint("set `body_force.gravity_m_s2`"));
                 return at_rest();
             };
+            if lattice.value == HydrostaticLattice::Consistent && column.confines(positions) {
+                let density = column.in_place(&tait, positions);
+                return Started { mass: masses(&density), density };
+            }
             let density = column.settle(&tait, positions, lattice.value);
             Started { mass: rest_mass(), density }
         }
@@ -118,9 +123,7 @@ pub fn start<S: Space>(
             }
             let mass = match particle_mass.value {
                 ParticleMass::Rest => rest_mass(),
-                ParticleMass::FromDensity => {
-                    density.iter().enumerate().map(|(k, rho)| rho * volume(k)).collect()
-                }
+                ParticleMass::FromDensity => masses(&density),
             };
             Started { mass, density }
         }
@@ -183,6 +186,31 @@ impl<S: Space> Hydrostatics<S> {
             let power = 1.0 - 1.0 / gamma;
             (power * (k * depth).ln_1p()).exp_m1() / (k * power)
         }
+    }
+
+    /// Rest height of the fluid \[m\] that is `height` \[m\] deep: inverse of [`Hydrostatics::compressed`].
+    fn at_rest(&self, height: f64) -> f64 {
+        let (k, gamma) = (self.steepness, self.exponent);
+        if height <= 0.0 {
+            height
+        } else if gamma == 1.0 {
+            (k * height).exp_m1() / k
+        } else {
+            let power = 1.0 - 1.0 / gamma;
+            ((k * power * height).ln_1p() / power).exp_m1() / k
+        }
+    }
+
+    /// Whether the surface lies above all of the water, by more than a row that did not fit in: something confines it.
+    fn confines(&self, positions: &[S::Vector]) -> bool {
+        let highest = positions.iter().map(|x| x.dot(&self.up)).fold(f64::NEG_INFINITY, f64::max);
+        self.surface - highest > 1.5 * self.spacing
+    }
+
+    /// Densities of water that stays in its place, since it can not be drawn together.
+    fn in_place(&self, tait: &Tait, positions: &[S::Vector]) -> Vec<f64> {
+        let pressure = |x: &S::Vector| self.slope * self.at_rest((self.surface - x.dot(&self.up)).max(0.0));
+        positions.iter().map(|x| tait.density(pressure(x))).collect()
     }
 
     /// Densities; on the consistent lattice, rows move down onto those below.

@@ -127,6 +127,36 @@ fn a_hydrostatic_start_keeps_the_mass_and_sinks_by_its_compression() {
 }
 
 #[test]
+fn confined_water_stays_in_its_place_and_has_the_mass_of_its_pressure() {
+    let particles = |surface: &str| {
+        let start = format!("{{ type = \"hydrostatic\", surface_m = {surface} }}");
+        column(&start, "lattice-moment").fluid_setup().unwrap().plane().unwrap().particles
+    };
+    let (tait, height) = (Tait::new(1000.0, 17.16, 7.0), |k: usize| (k as f64 + 0.5) * 3e-3);
+    let confined = particles("0.4");
+    let mut rows: Vec<_> =
+        (0..confined.id.len()).map(|k| (confined.position[k].y, confined.density[k])).collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    rows.dedup_by(|a, b| (a.0 - b.0).abs() < 1e-9);
+    assert_eq!(rows.len(), 100);
+    for (k, (y, _)) in rows.iter().enumerate() {
+        assert!((y - height(k)).abs() < 1e-12, "{y}");
+    }
+    for k in 0..confined.id.len() {
+        assert!((confined.mass[k] / confined.density[k] - 9e-6).abs() < 1e-18);
+    }
+    // Every row carries the weight of those above.
+    let pressure = |k: usize| tait.pressure(rows[k].1);
+    let above: f64 = (1..100).map(|k| 0.5 * (rows[k - 1].1 + rows[k].1) * 9.81 * 3e-3).sum();
+    // Trapezoids of a density that bends by 1e-4 over 100 rows.
+    assert!((pressure(0) - pressure(99) - above).abs() < 1e-3, "{} {above}", pressure(0) - pressure(99));
+    assert!((pressure(99) / (1000.0 * 9.81 * 0.1015) - 1.0).abs() < 3e-3, "{}", pressure(99));
+    // A row that did not fit in is no lid.
+    let open = particles("0.302");
+    assert!(open.mass.iter().all(|mass| (mass - 9e-3).abs() < 1e-15));
+}
+
+#[test]
 fn pressure_by_expression_fills_the_cells_or_keeps_the_mass() {
     let start = |mass: &str| {
         format!("{{ type = \"pressure\", pressure_pa = \"1e4*(0.3-y)\", particle_mass = \"{mass}\" }}")

@@ -18,6 +18,9 @@ pub struct ClosedChannel;
 /// A full square tank with no-slip walls that turns twenty times.
 pub struct FullTank;
 
+/// A full tank at rest, turned against gravity.
+pub struct FullVessel;
+
 /// Plane Poiseuille flow of water under pressure.
 pub struct FullPoiseuille;
 
@@ -144,6 +147,45 @@ impl Case for FullTank {
 
     fn plots(&self, runs: &[Run]) -> Result<Vec<Plot>, String> {
         pressure_plot(runs)
+    }
+}
+
+impl Case for FullVessel {
+    fn name(&self) -> &'static str {
+        "full_vessel"
+    }
+
+    fn about(&self) -> &'static str {
+        "a full tank at rest, turned by 25 degrees, keeps the hydrostatic pressure that it starts with"
+    }
+
+    fn members(&self) -> Vec<Member> {
+        let of = |spacing| Member::new("full_vessel", spacing);
+        vec![of(0.008).scheme("short").with("time.end_time_s", 1.0).quick(), of(0.008), of(0.004)]
+    }
+
+    fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
+        let end = run.number("time.end_time_s")?;
+        let late = |column: &str| -> Result<f64, String> {
+            Ok(series::mean(&run.history(column)?, 0.75 * end, end))
+        };
+        let (rho, g) = (run.number("fluid.rest_density_kg_m3")?, 9.81);
+        let modulus = rho * run.number("fluid.sound_speed_m_s")?.powi(2);
+        // 1000 Pa in the highest corner of 0.4 m by 0.3 m.
+        let (sine, cosine) = (25.0 * PI / 180.0).sin_cos();
+        let exact = 1000.0 + rho * g * (0.2 * sine + 0.15 * cosine);
+        let drift = (late("middle_pressure_pa")? - exact).abs() / modulus;
+        let share = -late("tank_force_y_n_per_m")? / (rho * g * 0.12);
+        let beside = late("tank_force_x_n_per_m")?.abs() / (rho * g * 0.12);
+        let pressure =
+            Figure::judged("drift of the pressure in the middle over rho0 c0^2", drift, Goal::AtMost(4e-4));
+        Ok(vec![
+            if run.member.spacing < 0.006 { pressure } else { pressure.report_only() },
+            // The mean pressure is that in the middle.
+            Figure::compared("force on the tank over rho0 g A", share, 1.0 + exact / modulus, 0.001),
+            Figure::judged("horizontal force over rho0 g A", beside, Goal::AtMost(1e-3)),
+            Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
+        ])
     }
 }
 

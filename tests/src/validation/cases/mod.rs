@@ -52,6 +52,7 @@ pub fn all() -> Vec<&'static dyn Case> {
         &standing_wave::StandingWave,
         &confined::ClosedChannel,
         &confined::FullTank,
+        &confined::FullVessel,
         &confined::FullPoiseuille,
         &confined::MeetingPatches,
         &confined::OscillatingDrop,

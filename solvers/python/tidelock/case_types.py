@@ -354,7 +354,7 @@ class StartHydrostatic(TypedDict):
     """in equilibrium under its weight"""
 
     # where the rows lie.  - `consistent`: the water is at rest: rows drawn together as the pressure requires, or,
-    # with a surface more than a spacing above all of the water, as in a full vessel, rows kept, with the mass of
+    # with a surface more than a spacing above the whole region, as in a full vessel, rows kept, with the mass of
     # their pressure - `uniform`: the rows are kept, and the column oscillates  Unit: -. Default: "consistent". Range:
     # "consistent", "uniform".
     lattice: NotRequired[Literal['consistent', 'uniform']]

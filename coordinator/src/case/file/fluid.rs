@@ -107,7 +107,7 @@ static START: TableSpec =
                         Kind::Word(&[
                             (
                                 "consistent",
-                                "the water is at rest: rows drawn together as the pressure requires, or, with a surface more than a spacing above all of the water, as in a full vessel, rows kept, with the mass of their pressure",
+                                "the water is at rest: rows drawn together as the pressure requires, or, with a surface more than a spacing above the whole region, as in a full vessel, rows kept, with the mass of their pressure",
                             ),
                             ("uniform", "the rows are kept, and the column oscillates"),
                         ]),

@@ -201,7 +201,7 @@ impl<S: Space> Hydrostatics<S> {
         }
     }
 
-    /// Whether the surface lies above all of the water, by more than a row that did not fit in: something confines it.
+    /// Whether the surface lies above the whole region, by more than a row that did not fit in: something confines it.
     fn confines(&self, positions: &[S::Vector]) -> bool {
         let highest = positions.iter().map(|x| x.dot(&self.up)).fold(f64::NEG_INFINITY, f64::max);
         self.surface - highest > 1.5 * self.spacing

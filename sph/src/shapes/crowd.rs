@@ -47,9 +47,4 @@ impl<S: Space> Crowd<S> {
         }
         free
     }
-
-    /// Takes `x` in, however close it is to others.
-    pub fn take(&mut self, x: &S::Vector) {
-        self.cells.entry(cell::<S>(x, self.distance)).or_default().push(*x);
-    }
 }

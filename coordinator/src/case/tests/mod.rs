@@ -15,6 +15,7 @@ mod scene;
 mod schema;
 mod shipped;
 mod spatial;
+mod start;
 mod walls;
 
 use std::path::Path;

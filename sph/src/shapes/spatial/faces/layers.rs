@@ -27,6 +27,9 @@ crate::constants! {
         "distance off their layer in space of points that are left out, in the distance of an even layer [-]";
     const FROM_END: f64 = 0.2, "layers.from_end",
         "distance from the end of an open layer in space from which points are placed, likewise [-]";
+    /// Near edges and in corners the curvature is not that of a face.
+    const LARGEST_WAY: f64 = 0.1, "layers.largest_way",
+        "largest distance of points of a layer in space from its middle, in the depth of a layer [-]";
     const CLOSEST: f64 = 0.75, "layers.closest",
         "distance of points of layers in space below which one of them is left out, likewise [-]";
 }
@@ -34,12 +37,14 @@ crate::constants! {
 /// Candidates along the distance of two points of a layer.
 const CANDIDATES: f64 = 2.0;
 
-/// Candidates along a block that is examined as a whole first.
-const BLOCK: f64 = 8.0;
+/// Candidates along a block that is examined as a whole first, as a power of two.
+const BLOCK_BITS: u32 = 3;
 
-/// Distances at which candidates are taken in, one after the other until there are enough, in those of an even layer; what
-/// is too close then spreads.
-const DISTANCES: [f64; 4] = [0.9, 0.75, 0.6, 0.45];
+/// Displacement of points before they spread, in the distance of an even layer: candidates of one layer may coincide.
+const DISORDER: f64 = 0.3;
+
+/// Half the way over which the curvature of a layer is taken, in the depth of a layer.
+const CURVATURE_STEP: f64 = 0.25;
 
 /// Even layers at half, one and a half … of `depth` \[m\] from the faces.
 #[derive(Clone, Copy, Debug)]
@@ -78,15 +83,10 @@ impl End {
     }
 }
 
-/// A number from 0 to 2⁶⁴ for each place in an order that looks random.
-fn shuffled(k: usize) -> u64 {
-    SplitMix64((k as u64).wrapping_mul(SplitMix64::STEP)).bits()
-}
-
-/// Places on a layer, several for each point, and the volume \[m³\] that is nearest to it.
-#[derive(Clone, Debug, Default)]
-struct Candidates {
-    places: Vec<Vector3<f64>>,
+/// A place on a layer, and the volume \[m³\] for which it stands.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    place: Vector3<f64>,
     volume: f64,
 }
 
@@ -101,31 +101,26 @@ impl SpatialBoundary {
         let mut crowd = Crowd::<Spatial>::new(CLOSEST * layers.depth.min(layers.along));
         let mut points = Vec::new();
         let ended = |x: &Vector3<f64>, depth: f64| ends.iter().any(|end| end.depth(x) < depth);
-        // Not on an end, where a point and its image would not part.
-        let candidates =
-            self.candidates_of(&layers, ends, &|x| keep(x) && !ended(x, FROM_END * layers.along));
+        let candidates = self.candidates_of(&layers, ends);
         for (k, layer) in candidates.into_iter().enumerate() {
             let level = layers.side * (k as f64 + 0.5) * layers.depth;
-            let chosen = chosen(&layer, &layers);
+            let chosen =
+                self.chosen(&layer, &layers, level, &|x| keep(x) && !ended(x, FROM_END * layers.along));
             let spread = self.spread(chosen, level, layers.along, ends, &|x| keep(x) && !ended(x, 0.0));
-            points.extend(spread.into_iter().filter(|x| crowd.admit(x)));
+            let centred = tasks::map(spread.len(), 64, |k| spread[k] + self.to_centroid(&spread[k], &layers));
+            points.extend(centred.into_iter().filter(|x| crowd.admit(x)));
         }
         points
     }
 
-    /// Places on the layers.
-    fn candidates_of(
-        &self,
-        layers: &Layers,
-        ends: &[End],
-        keep: &(impl Fn(&Vector3<f64>) -> bool + Sync),
-    ) -> Vec<Candidates> {
+    /// Places on each of the layers, near ones after each other.
+    fn candidates_of(&self, layers: &Layers, ends: &[End]) -> Vec<Vec<Candidate>> {
         let width = layers.along / CANDIDATES;
         let thickness = f64::from(layers.count) * layers.depth;
         let margin = if layers.side > 0.0 { thickness } else { 0.0 };
         let (lower, upper) = self.bounds();
         let lower = lower.add_scalar(-margin - width);
-        let block = BLOCK * width;
+        let block = f64::from(1_u32 << BLOCK_BITS) * width;
         let blocks = ((upper - lower).add_scalar(margin + width) / block).map(|count| count.ceil().max(1.0));
         let steps =
             |count: f64| std::iter::successors(Some(0.0), |k| Some(k + 1.0)).take_while(move |k| *k < count);
@@ -142,50 +137,77 @@ impl SpatialBoundary {
             let first = (from_face - half).floor().max(0.0);
             steps(f64::from(layers.count)).skip_while(move |k| *k < first).map_while(move |k| {
                 let share = ((from_face + half).min(k + 1.0) - (from_face - half).max(k)) / (2.0 * half);
-                (share > 0.0).then_some((k as usize, share))
+                (share > 0.0).then_some((k, share))
             })
         };
         let of_block = |corner: &Vector3<f64>| {
-            let mut found: Vec<(usize, f64, Option<Vector3<f64>>)> = Vec::new();
-            let mut volumes = vec![0.0; layers.count as usize];
+            let mut found: Vec<(usize, Candidate)> = Vec::new();
             let middle = layers.side * self.slope(&corner.add_scalar(0.5 * block)).0;
             if middle > thickness + reach || middle < -reach {
                 return found;
             }
-            for index in steps(BLOCK).flat_map(|z| {
-                steps(BLOCK).flat_map(move |y| steps(BLOCK).map(move |x| Vector3::new(x, y, z)))
-            }) {
+            for index in (0..1_u32 << (3 * BLOCK_BITS)).map(along_curve) {
                 let x = corner + index.add_scalar(0.5) * width;
                 let (distance, up) = self.slope(&x);
-                let from_face = layers.side * distance / layers.depth;
                 let before_ends: f64 =
                     ends.iter().map(|end| (end.depth(&x) / width + 0.5).clamp(0.0, 1.0)).product();
-                for (layer, share) in shares(from_face) {
-                    volumes[layer] += share * before_ends * width.powi(3);
-                }
-                // The nearest layer, and how far off it is.
-                let layer = (from_face - 0.5).round();
-                if layer < 0.0 || layer >= f64::from(layers.count) {
-                    continue;
-                }
-                let level = layers.side * (layer + 0.5) * layers.depth;
-                let on_layer = x + up * (level - distance);
-                // Of a face halfway between two rows of candidates both count: by round-off none would.
-                if (level - distance).abs() <= (0.5 + 1e-6) * width && keep(&on_layer) {
+                for (layer, share) in shares(layers.side * distance / layers.depth) {
+                    let level = layers.side * (layer + 0.5) * layers.depth;
+                    let volume = share * before_ends * width.powi(3);
                     // Whole and small.
-                    found.push((layer as usize, 0.0, Some(on_layer)));
+                    found.push((layer as usize, Candidate { place: x + up * (level - distance), volume }));
                 }
             }
-            found.extend(volumes.into_iter().enumerate().map(|(layer, volume)| (layer, volume, None)));
             found
         };
         let found = tasks::flat_map(corners.len(), 1, |k| of_block(&corners[k]));
-        let mut candidates = vec![Candidates::default(); layers.count as usize];
-        for (layer, volume, on_layer) in found {
-            candidates[layer].volume += volume;
-            candidates[layer].places.extend(on_layer);
+        let mut candidates = vec![Vec::new(); layers.count as usize];
+        for (layer, candidate) in found {
+            candidates[layer].push(candidate);
         }
         candidates
+    }
+
+    /// Points among the `candidates` of the layer at `level` \[m\] for which `keep` holds, as many as it has room for, each
+    /// with as much volume before it as the one before: patches of all sizes and slopes have their share.
+    fn chosen(
+        &self,
+        candidates: &[Candidate],
+        layers: &Layers,
+        level: f64,
+        keep: &impl Fn(&Vector3<f64>) -> bool,
+    ) -> Vec<Vector3<f64>> {
+        let volume: f64 = candidates.iter().map(|candidate| candidate.volume).sum();
+        let enough = (volume / (layers.depth * layers.along * layers.along)).round();
+        let mut random = SplitMix64(0);
+        let (mut points, mut before) = (Vec::new(), 0.0);
+        for Candidate { place, volume: own } in candidates {
+            before += own;
+            let due = (before / volume * enough - 0.5).floor() + 1.0;
+            if (points.len() as f64) < due && keep(place) {
+                let shift = Vector3::from_fn(|_, _| random.symmetric()) * (DISORDER * layers.along);
+                let shifted = self.on_level(&(place + shift), level);
+                points.push(if keep(&shifted) { shifted } else { *place });
+            }
+        }
+        points
+    }
+
+    /// From a point of a layer to the centroid of its cell, which is thicker on the far side of a bend.
+    ///
+    /// Of a layer of depth d between curved faces, in cells a wide, the centroid lies (κ₁ + κ₂)(d²/12 − a²/24) from the middle,
+    /// with κ₁ + κ₂ = ∇·n the curvatures.
+    fn to_centroid(&self, x: &Vector3<f64>, layers: &Layers) -> Vector3<f64> {
+        let step = CURVATURE_STEP * layers.depth;
+        let up = |x: Vector3<f64>| self.slope(&x).1;
+        let bend: f64 = (0..3)
+            .map(|axis| {
+                let along = Vector3::ith(axis, step);
+                (up(x + along)[axis] - up(x - along)[axis]) / (2.0 * step)
+            })
+            .sum();
+        let way = bend * (layers.depth.powi(2) / 12.0 - layers.along.powi(2) / 24.0);
+        up(*x) * way.clamp(-LARGEST_WAY * layers.depth, LARGEST_WAY * layers.depth)
     }
 
     /// Moves points of the layer at `level` \[m\] from the surface apart until they are spread evenly. Beyond `ends` their
@@ -269,24 +291,8 @@ pub(in crate::shapes::spatial) fn along(
     tasks::map(positions.len(), 64, |k| particle(positions[k]))
 }
 
-/// Points among `candidates`, as many as the layer has room for, in no order.
-fn chosen(candidates: &Candidates, layers: &Layers) -> Vec<Vector3<f64>> {
-    let enough = candidates.volume / (layers.depth * layers.along * layers.along);
-    let candidates = &candidates.places;
-    let mut order: Vec<usize> = (0..candidates.len()).collect();
-    order.sort_unstable_by_key(|k| shuffled(*k));
-    let mut points: Vec<Vector3<f64>> = Vec::new();
-    for distance in DISTANCES {
-        let mut crowd = Crowd::<Spatial>::new(distance * layers.along);
-        points.iter().for_each(|x| crowd.take(x));
-        for k in &order {
-            if points.len() as f64 >= enough.round() {
-                return points;
-            }
-            if crowd.admit(&candidates[*k]) {
-                points.push(candidates[*k]);
-            }
-        }
-    }
-    points
+/// Coordinates of the candidates of a block along a curve on which near ones follow each other (Morton 1966).
+fn along_curve(k: u32) -> Vector3<f64> {
+    let coordinate = |axis: u32| (0..BLOCK_BITS).map(|bit| (k >> (3 * bit + axis) & 1) << bit).sum::<u32>();
+    Vector3::new(0, 1, 2).map(|axis| f64::from(coordinate(axis)))
 }

@@ -30,9 +30,11 @@ fn around_a_sphere_layers_are_even_spheres() {
         let particles = layers_along(&round, &boundary, SPACING, 3, side);
         for layer in [0.5, 1.5, 2.5] {
             let radius = 0.8 + sign * layer * SPACING;
+            // At the centroids of cells between two spheres; the curvature is taken over a part of a spacing.
+            let centroid = radius + SPACING * SPACING / (12.0 * radius);
             let of_layer: Vec<_> = particles
                 .iter()
-                .filter(|p| ((p.position - at(0.03, 0.02, 0.01)).norm() - radius).abs() < 1e-9)
+                .filter(|p| ((p.position - at(0.03, 0.02, 0.01)).norm() - centroid).abs() < 1e-3 * SPACING)
                 .collect();
             let expected = 4.0 * PI * radius * radius / (SPACING * SPACING);
             // As many as the volume of the layer has room for, measured by points of a lattice.
@@ -119,11 +121,11 @@ fn layers_of_an_open_cylinder_are_even_up_to_its_rim() {
     assert!(particles.iter().all(|p| !tank.contains(&p.position)));
     for radius in [0.75, 0.85] {
         let layer = |p: &&LayerParticle<Spatial>| {
-            p.position.z > 0.0 && (p.position.xy().norm() - radius).abs() < 1e-6
+            p.position.z > 0.0 && (p.position.xy().norm() - radius).abs() < 0.01 * SPACING
         };
         let heights: Vec<f64> = particles.iter().filter(layer).map(|p| p.position.z).collect();
-        // From the rim down as much as in the middle; a hexagonal layer has its rows at other heights than a square one.
-        for (from, to, tolerance) in [(0.0, 1.0, 0.02), (0.8, 1.0, 0.06), (0.4, 0.6, 0.06)] {
+        // From the rim down as much as in the middle; half a row more or less is 0.05 of the whole and 0.12 of a part.
+        for (from, to, tolerance) in [(0.0, 1.0, 0.03), (0.6, 1.0, 0.06), (0.3, 0.7, 0.06)] {
             let count = heights.iter().filter(|z| (from..to).contains(*z)).count() as f64;
             let expected = 2.0 * PI * radius * (to - from) / (SPACING * SPACING);
             assert!((count / expected - 1.0).abs() < tolerance, "{radius} {from}: {count} {expected}");
@@ -182,6 +184,87 @@ fn thickness_is_that_of_the_thinnest_part_and_corners_are_not_thin() {
             assert!(thickness > 0.29, "{x}: {thickness}");
             let at_corner = x.iter().filter(|k| **k < 0.2 || **k > 0.8).count() > 1;
             assert!(at_corner || thickness > 0.59, "{x}: {thickness}");
+        }
+    }
+}
+
+/// Weights of a cubic B-spline on the four nodes from one below that at `floor(x)`.
+fn weights(x: f64) -> [f64; 4] {
+    let f = x - x.floor();
+    let g = 1.0 - f;
+    [g.powi(3), 4.0 - 6.0 * f * f + 3.0 * f.powi(3), 4.0 - 6.0 * g * g + 3.0 * g.powi(3), f.powi(3)]
+        .map(|w| w / 6.0)
+}
+
+/// Volume that particles of `shape` and of layers around it claim on a grid of 1.3 spacings more than there is, over that of
+/// the shape, on nodes that the inner ones reach. Mean over places of the grid.
+fn claimed_in_excess(shape: &SpatialShape) -> f64 {
+    let inside = fill_fitted(shape, SPACING, Vector3::zeros());
+    let around = layers_along(shape, &shape.boundary(), SPACING, 4, Side::Outside(OpenSides::default()));
+    let (width, count, shifts) = (1.3 * SPACING, 40, 5);
+    let (lower, cell) = (at(-2.6, -2.6, -2.6), width.powi(3));
+    let mut sum = 0.0;
+    for shift in 0..shifts {
+        let shift = f64::from(shift) / f64::from(shifts);
+        let mut nodes = vec![[0.0; 2]; count * count * count];
+        let mut claim = |x: &Vector3<f64>, volume: f64, of: usize| {
+            let place = (x - lower) / width + at(shift, shift, shift);
+            let weights = [place.x, place.y, place.z].map(weights);
+            let first = place.map(|at| at.floor() as usize - 1);
+            for (k, wz) in weights[2].iter().enumerate() {
+                for (j, wy) in weights[1].iter().enumerate() {
+                    for (i, wx) in weights[0].iter().enumerate() {
+                        let node = ((first.z + k) * count + first.y + j) * count + first.x + i;
+                        nodes[node][of] += volume / cell * wx * wy * wz;
+                    }
+                }
+            }
+        };
+        inside.position.iter().zip(&inside.volume).for_each(|(x, volume)| claim(x, *volume, 0));
+        around.iter().for_each(|p| claim(&p.position, SPACING.powi(3), 1));
+        let counts = |[fluid, wall]: &&[f64; 2]| *fluid > 0.02 * wall;
+        sum += nodes.iter().filter(counts).map(|[fluid, wall]| (fluid + wall - 1.0) * cell).sum::<f64>();
+    }
+    sum / f64::from(shifts) / inside.volume.iter().sum::<f64>()
+}
+
+#[test]
+fn layers_around_a_shape_claim_what_is_outside() {
+    let shapes = [
+        ball([0.03, 0.02, 0.01], 1.0),
+        rod([-0.8, -0.3, -0.5], [0.8, 0.3, 0.5], 0.7, 0.0),
+        SpatialShape::Cone { from: at(0.0, 0.0, -1.0), to: at(0.0, 0.0, 1.0), radii: [0.0, 1.0] },
+    ];
+    for shape in shapes {
+        let excess = claimed_in_excess(&shape);
+        // Layers at half spacings from the faces claim 0.3 to 0.5 % too much at ten spacings across the radius.
+        assert!(excess.abs() < 1e-3, "{excess:e}");
+    }
+}
+
+#[test]
+fn layers_of_a_wall_are_as_dense_on_flat_faces_as_on_curved_ones() {
+    let (radius, half) = (0.8, 1.0);
+    let shape = rod([0.0, 0.0, -half], [0.0, 0.0, half], radius, 0.0);
+    let particles = layers_along(&shape, &shape.boundary(), SPACING, 4, Side::Outside(OpenSides::default()));
+    let count = |is_in: &dyn Fn(f64, f64) -> bool| {
+        let places = particles.iter().map(|p| (p.position.xy().norm(), p.position.z.abs()));
+        places.filter(|(from_axis, height)| is_in(*from_axis, *height)).count() as f64
+    };
+    for layer in 0..4 {
+        let (from, to) = (f64::from(layer) * SPACING, f64::from(layer + 1) * SPACING);
+        let beside = |from_axis: f64, height: f64| {
+            (radius + from..radius + to).contains(&from_axis) && height < half - SPACING
+        };
+        let above = |from_axis: f64, height: f64| {
+            (half + from..half + to).contains(&height) && from_axis < radius - SPACING
+        };
+        let area = 2.0 * PI * (radius + 0.5 * (from + to)) * 2.0 * (half - SPACING);
+        let discs = 2.0 * PI * (radius - SPACING).powi(2);
+        for (found, area) in [(count(&beside), area), (count(&above), discs)] {
+            let expected = area / (SPACING * SPACING);
+            // Three particles of 308 on the ends of the patch.
+            assert!((found / expected - 1.0).abs() < 0.015, "{layer}: {found} {expected}");
         }
     }
 }

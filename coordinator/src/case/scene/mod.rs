@@ -11,7 +11,7 @@ mod solid;
 mod space;
 mod start;
 mod thickness;
-mod wall;
+pub(super) mod wall;
 
 use std::collections::BTreeSet;
 use std::ops::Range;

@@ -22,6 +22,12 @@ use crate::case::file::wall::{WallKind, WallTable};
 use crate::case::reader::At;
 use crate::quote::quoted;
 
+sph::constants! {
+    /// Half a spacing on two sides of a corner is a slot through which water leaves.
+    const COVERED: f64 = 0.25, "scene.wall_covered",
+        "depth in a held body from which the centre of a wall particle makes way, in spacings [-]";
+}
+
 /// Lays out all walls, cut where held solids enter them.
 pub fn lay_out<S: SceneSpace>(
     file: &CaseFile,
@@ -296,11 +302,6 @@ fn off_lattice<S: SceneSpace>(
         rows.abs()
     ))
 }
-
-/// Spacings inside a body at which the centre of a wall particle makes way: a quarter of its cell is left beside a flat face.
-/// What stays twice there is less than a particle's volume per spacing of the face; a slot of half a spacing on two sides of a
-/// corner let water through.
-const COVERED: f64 = 0.25;
 
 /// Removes wall particles where held particles of a solid stand; a free one there is an error.
 fn cut_by_solids<S: SceneSpace>(

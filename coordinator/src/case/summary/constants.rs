@@ -10,7 +10,7 @@ use crate::case::Case;
 use crate::case::file::fluid as fluid_file;
 use crate::case::file::material::FormulationTable;
 use crate::case::file::solid::ContactTable;
-use crate::case::scene::{obstacles, overlap};
+use crate::case::scene::{obstacles, overlap, wall};
 use crate::case::{limits, relaxation};
 use crate::results::quality::{thresholds, volume};
 
@@ -71,6 +71,7 @@ impl Case {
         let case = [
             overlap::CONSTANTS,
             obstacles::CONSTANTS,
+            wall::CONSTANTS,
             limits::CONSTANTS,
             relaxation::CONSTANTS,
             fluid_file::CONSTANTS,

@@ -27,11 +27,16 @@ crate::constants! {
         "distance off their layer in space of points that are left out, in the distance of an even layer [-]";
     const FROM_END: f64 = 0.2, "layers.from_end",
         "distance from the end of an open layer in space from which points are placed, likewise [-]";
+    const CLOSEST: f64 = 0.75, "layers.closest",
+        "distance of points of layers in space below which one of them is left out, likewise [-]";
+    /// Candidates of one layer may coincide.
+    const DISORDER: f64 = 0.3, "layers.disorder",
+        "largest displacement along each axis of points of a layer in space before they spread, likewise [-]";
+    const CURVATURE_STEP: f64 = 0.25, "layers.curvature_step",
+        "half the way over which the curvature of a layer in space is taken, in the depth of a layer [-]";
     /// Near edges and in corners the curvature is not that of a face.
     const LARGEST_WAY: f64 = 0.1, "layers.largest_way",
         "largest distance of points of a layer in space from its middle, in the depth of a layer [-]";
-    const CLOSEST: f64 = 0.75, "layers.closest",
-        "distance of points of layers in space below which one of them is left out, likewise [-]";
 }
 
 /// Candidates along the distance of two points of a layer.
@@ -39,12 +44,6 @@ const CANDIDATES: f64 = 2.0;
 
 /// Candidates along a block that is examined as a whole first, as a power of two.
 const BLOCK_BITS: u32 = 3;
-
-/// Displacement of points before they spread, in the distance of an even layer: candidates of one layer may coincide.
-const DISORDER: f64 = 0.3;
-
-/// Half the way over which the curvature of a layer is taken, in the depth of a layer.
-const CURVATURE_STEP: f64 = 0.25;
 
 /// Even layers at half, one and a half … of `depth` \[m\] from the faces.
 #[derive(Clone, Copy, Debug)]

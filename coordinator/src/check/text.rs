@@ -131,7 +131,7 @@ mod tests {
         assert_eq!(text.lines().count(), 6 + warnings, "{text}");
         for words in [
             ": ready to run, with ",
-            "2911 fluid, 141 solid and 9 held, 1766 wall",
+            "2911 fluid, 141 solid and 9 held, 1772 wall",
             "5000 steps to 0.5 s, about ",
             "2 set",
         ] {

@@ -50,6 +50,7 @@ fn a_small_dam_break_keeps_its_energy_and_its_particles() {
 fn a_full_tank_that_turns_keeps_its_pressure_and_blocks_meet_without_ringing() {
     meets_its_goals("full_tank", 4);
     meets_its_goals("full_vessel", 3);
+    meets_its_goals("full_vessel_3d", 3);
     meets_its_goals("meeting_patches", 2);
 }
 

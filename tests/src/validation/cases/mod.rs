@@ -53,6 +53,7 @@ pub fn all() -> Vec<&'static dyn Case> {
         &confined::ClosedChannel,
         &confined::FullTank,
         &confined::FullVessel,
+        &confined::FullVesselInSpace,
         &confined::FullPoiseuille,
         &confined::MeetingPatches,
         &confined::OscillatingDrop,

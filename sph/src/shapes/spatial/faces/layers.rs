@@ -45,7 +45,7 @@ const CANDIDATES: f64 = 2.0;
 /// Candidates along a block that is examined as a whole first, as a power of two.
 const BLOCK_BITS: u32 = 3;
 
-/// Even layers at half, one and a half … of `depth` \[m\] from the faces.
+/// Even layers whose middles are at half, one and a half … of `depth` \[m\] from the faces.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Layers {
     /// −1 inside the shape, 1 outside.
@@ -90,7 +90,7 @@ struct Candidate {
 }
 
 impl SpatialBoundary {
-    /// The points of `layers`, outer layer first, as far as `keep` holds for them, up to `ends`.
+    /// The points of `layers` at the centroids of their cells, outer layer first, as far as `keep` holds for them, up to `ends`.
     pub(crate) fn layers(
         &self,
         layers: Layers,
@@ -103,6 +103,7 @@ impl SpatialBoundary {
         let candidates = self.candidates_of(&layers, ends);
         for (k, layer) in candidates.into_iter().enumerate() {
             let level = layers.side * (k as f64 + 0.5) * layers.depth;
+            // Not on an end, where a point and its image would not part.
             let chosen =
                 self.chosen(&layer, &layers, level, &|x| keep(x) && !ended(x, FROM_END * layers.along));
             let spread = self.spread(chosen, level, layers.along, ends, &|x| keep(x) && !ended(x, 0.0));

@@ -1,6 +1,6 @@
 //! Time-step limits of a scene, by the formulas of the solvers, and what to use of them.
 
-use solid::limits::estimated_step;
+use solid::limits::{acceleration_limit, estimated_step};
 use sph::setup::{FormulationKind, SolidStepping, SubstepCount};
 use sph::space::tensors::SpaceVector;
 
@@ -70,6 +70,11 @@ impl Case {
         }
         if let Some(solid) = &self.file.solid {
             found.extend(solid.bodies.iter().filter_map(|body| body_limit::<S>(solid, body)));
+            let gravity = self.file.body_force.gravity_m_s2.to::<S>().norm();
+            if gravity > 0.0 && !solid.bodies.is_empty() {
+                let stability = acceleration_limit::<S>(solid.particle_spacing_m.value, gravity);
+                found.push(limit("solid, acceleration ¼ √(Δx/g)", stability, 1.0));
+            }
             if let Some(damping) = &solid.damping {
                 found.push(limit(
                     "solid, damping 1/k",

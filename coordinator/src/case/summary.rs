@@ -126,6 +126,7 @@ impl Case {
         summary.constants.extend(self.missed_probes(time_step));
         summary.warnings.extend(self.sound_speed_warning());
         summary.warnings.extend(self.light_body_warnings());
+        summary.warnings.extend(self.stiff_rigid_warnings(time_step));
         summary.warnings.extend(self.oddities());
         summary.warnings.extend(self.iteration_warning());
         for body in self.separations() {

@@ -192,5 +192,20 @@ fn initial_state<S: SolidSpace>(
             best_fit_rotation(model, body, &state.particles, &state.image_counts, S::Rotation::default());
     }
     state.energy = energy_budget::start(model, &state);
+    state.last.maxima.largest_acceleration = largest_body_force(model, &state.particles, start_time);
     state
+}
+
+/// Largest acceleration by body forces at the start \[m/s²\], which limits the first step.
+fn largest_body_force<S: SolidSpace>(
+    model: &SolidModel<S>,
+    particles: &Particles<S>,
+    start_time: f64,
+) -> f64 {
+    let of_particle = |i: usize| {
+        let x = &particles.position[i];
+        let of_body = model.body_of(i).acceleration.as_ref().map(|field| field.acceleration(x, start_time));
+        (model.body_force.acceleration(x, start_time) + of_body.unwrap_or_default()).norm()
+    };
+    (0..model.len()).map(of_particle).fold(0.0, f64::max)
 }

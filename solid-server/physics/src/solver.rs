@@ -25,7 +25,7 @@ use crate::system::workspace::Workspace;
 use crate::time::checks::{check, check_domain};
 use crate::time::energy_budget;
 use crate::time::evaluate::total_forces;
-use crate::time::limits::{acceleration_limit, particle_limit, step_limit};
+use crate::time::limits::{acceleration_limit, particle_limit, rigid_travel_limit, step_limit};
 use crate::time::momentum_budget::momentum_budget;
 use crate::time::stage::{accept, take_prediction, wrap};
 use crate::time::stage_rule::StageRule;
@@ -35,8 +35,8 @@ use crate::time::substeps::Substeps;
 /// Several elastic or rigid bodies in one domain.
 ///
 /// The stated limit of the time step is the smallest of: the limit of each body's waves under the stepping of the case,
-/// 1/ω of the stiffest contact of the stage before, both times the number of sub-steps, and ¼ √(Δx/a) for the largest
-/// acceleration a of that stage.
+/// 1/ω of the stiffest contact of the stage before, both times the number of sub-steps, ¼ √(Δx/a) for the largest
+/// acceleration a of that stage, and ¼ Δx/v for the largest speed v where rigid bodies may meet something.
 pub struct SolidSolver<S: SolidSpace> {
     pub(crate) model: SolidModel<S>,
     pub(crate) state: SolidState<S>,
@@ -147,6 +147,7 @@ impl<S: SolidSpace> Solver for SolidSolver<S> {
     fn time_step_limit(&self) -> f64 {
         acceleration_limit::<S>(self.model.spacing, self.state.last.maxima.largest_acceleration)
             .min(step_limit(&self.model, &self.state))
+            .min(rigid_travel_limit(&self.model, &self.state, &self.workspace.walls))
     }
 
     fn limiting_particle(&self) -> Option<(u32, Vec<f64>)> {

@@ -1028,8 +1028,8 @@ class Solid(TypedDict):
     # number above 0.
     particle_spacing_m: NotRequired[float]
     # sub-steps of the solids per step, an even number.  - `auto`: as many as the solid's stability limit requires -
-    # `none`: the stage rule, Eq. (30)-(31)  Unit: -. Default: "auto" with a total-Lagrangian body, else "none".
-    # Range: a whole number from 2 to 10000, or "auto", "none".
+    # `none`: the stage rule, Eq. (30)-(31)  Unit: -. Default: "auto" with a total-Lagrangian or rigid body, else
+    # "none". Range: a whole number from 2 to 10000, or "auto", "none".
     substeps: NotRequired[int | Literal['auto', 'none']]
 
 

@@ -46,7 +46,7 @@ pub static SOLID: TableSpec = TableSpec::new(
             ),
             "sub-steps of the solids per step, an even number",
         )
-        .or_else("\"auto\" with a total-Lagrangian body, else \"none\""),
+        .or_else("\"auto\" with a total-Lagrangian or rigid body, else \"none\""),
         key("contact", Kind::Table(&CONTACT), "how bodies touch each other and walls").or_else("repulsion"),
         key("body", Kind::Tables(&BODY), "the bodies").or_else("none"),
     ],
@@ -103,12 +103,9 @@ impl SolidTable {
         let defaults = BodyDefaults { preset, kernel_ratio: kernel_ratio.value, is_wet: fluid.is_some() };
         let bodies: Vec<BodyTable> =
             table.tables("body").into_iter().map(|body| BodyTable::read(body, defaults)).collect();
-        let total = |body: &BodyTable| matches!(body.formulation, FormulationTable::TotalLagrangian(_));
-        let substeps = substeps.unwrap_or(SubstepsKey::Word(if bodies.iter().any(total) {
-            SubstepsWord::Auto
-        } else {
-            SubstepsWord::None
-        }));
+        let updated = |body: &BodyTable| matches!(body.formulation, FormulationTable::UpdatedLagrangian(_));
+        let word = if bodies.iter().all(updated) { SubstepsWord::None } else { SubstepsWord::Auto };
+        let substeps = substeps.unwrap_or(SubstepsKey::Word(word));
         table.finish();
         Self {
             particle_spacing_m,

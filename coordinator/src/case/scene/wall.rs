@@ -93,7 +93,7 @@ fn lay_out_wall<S: SceneSpace>(
         Layout::Lattice => true,
     };
     if container && on_lattice {
-        scene.warnings.extend(off_lattice::<S>(wall, &shape, spacing, origin));
+        scene.warnings.extend(off_lattice::<S>(wall, &shape, spacing, origin, open));
     }
     let particles = match (container, on_lattice) {
         (true, true) => layers_around(&shape, &boundary, spacing, layers, origin, open),
@@ -277,22 +277,24 @@ fn open_sides<S: SceneSpace>(
     }
 }
 
-/// Warns of a box whose sides do not lie between two rows of the lattice.
+/// Warns of a box whose closed sides do not lie between two rows of the lattice.
 fn off_lattice<S: SceneSpace>(
     wall: &WallTable,
     shape: &S::Shape,
     spacing: f64,
     origin: S::Vector,
+    open: OpenSides<S>,
 ) -> Option<String> {
     let (lower, upper) = S::box_corners(shape)?;
     let offset = |position: f64, axis: usize| {
         let rows = (position - origin[axis]) / spacing;
         rows - rows.round()
     };
-    let (axis, rows, position) = [lower, upper]
+    let (axis, rows, position) = [(lower, open.lower), (upper, open.upper)]
         .into_iter()
-        .flat_map(|corner| (0..S::DIMENSIONS).map(move |axis| (axis, corner[axis])))
-        .map(|(axis, position)| (axis, offset(position, axis), position))
+        .flat_map(|(corner, open)| (0..S::DIMENSIONS).map(move |axis| (axis, corner[axis], open[axis])))
+        .filter(|(_, _, is_open)| !is_open)
+        .map(|(axis, position, _)| (axis, offset(position, axis), position))
         .find(|(_, rows, _)| rows.abs() > 1e-6)?;
     Some(format!(
         "wall `{}`: its side at {} = {position} m lies {:.2} spacings off the lattice; fluid will not fit against \

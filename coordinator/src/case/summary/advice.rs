@@ -1,7 +1,8 @@
 //! Where a case departs from what is recommended, and what deserves a second look.
 
+use solid::limits::{automatic_substeps, estimated_contact_substep};
 use sph::coupling::stage::STEPS_PER_EXACT_PROBE;
-use sph::setup::{FluidParameters, FluidScheme, ParameterSet, StepPolicy};
+use sph::setup::{FluidParameters, FluidScheme, ParameterSet, SolidStepping, StepPolicy, SubstepCount};
 use sph::space::Space;
 use sph::space::tensors::SpaceVector;
 
@@ -10,9 +11,14 @@ use crate::case::Case;
 use crate::case::Scene;
 use crate::case::file::material::FormulationTable;
 use crate::case::file::run::StepTable;
+use crate::case::file::solid::ContactTable;
+use crate::case::scene::SceneSpace;
 
 /// Fewest times the largest speed that the sound speed should be, so that density stays within 1 %.
 const SOUND_SPEED_RATIO: f64 = 10.0;
+
+/// Sub-steps of a step from which a rigid body is called stiff: with fewer they cost less than the fluid does.
+const MANY_SUBSTEPS: u32 = 20;
 
 /// What the updated-Lagrangian formulation costs; `docs/verification.md` has the measurements.
 const UPDATED_LAGRANGIAN_COST: &str =
@@ -143,6 +149,43 @@ impl Case {
                 sound_speed / speed
             )
         })
+    }
+
+    /// Warns of rigid bodies whose modulus makes their contacts take many sub-steps of about `time_step` \[s\].
+    pub(super) fn stiff_rigid_warnings(&self, time_step: f64) -> Vec<String> {
+        sph::in_space!(&self.scene, scene => self.stiff_rigid_warnings_in(scene, time_step))
+    }
+
+    fn stiff_rigid_warnings_in<S: SceneSpace>(&self, scene: &Scene<S>, time_step: f64) -> Vec<String> {
+        // Without water the sub-steps of rigid bodies take no time.
+        let (Some(solid), Some(_)) = (&self.file.solid, &self.file.fluid) else { return Vec::new() };
+        let ContactTable::Repulsion(contact) = &solid.contact else { return Vec::new() };
+        if solid.substeps.to_setup() != SolidStepping::Substeps(SubstepCount::Automatic)
+            || solid.bodies.len() < 2 && self.file.walls.is_empty()
+        {
+            return Vec::new();
+        }
+        let lines = (0u32..).zip(&solid.bodies).filter_map(|(k, body)| {
+            let (particles, material) = (scene.body_range(k), body.material.parameters.values());
+            let held = scene.solid.support[particles.clone()].iter().any(|support| *support > 0);
+            if held || particles.is_empty() || !matches!(body.formulation, FormulationTable::Rigid) {
+                return None;
+            }
+            let spacing = solid.particle_spacing_m.value;
+            let limit =
+                estimated_contact_substep::<S>(&material, contact.values().stiffness, spacing, particles.len());
+            let count = automatic_substeps(time_step, limit);
+            (count > MANY_SUBSTEPS).then(|| {
+                let factor = (f64::from(count) / f64::from(MANY_SUBSTEPS)).powi(2);
+                format!(
+                    "body `{}`: each step in which it comes near a wall or another body takes about {count} sub-steps, and the run \
+                     as much longer, for its bulk modulus of {:.1e} Pa; moduli of rigid bodies act in contact alone: divide them by \
+                     {factor:.0} or more",
+                    body.name.value, material.bulk_modulus,
+                )
+            })
+        });
+        lines.collect()
     }
 
     /// Warns of free bodies that are too light for explicit coupling.

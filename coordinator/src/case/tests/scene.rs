@@ -3,6 +3,7 @@
 use sph::setup::{ContactLaw, Formulation, InterfaceLaw, StepPolicy, WallCondition};
 
 use super::*;
+use crate::case::file::solid::{SubstepsKey, SubstepsWord};
 
 #[test]
 fn the_tank_is_laid_out_on_one_lattice() {
@@ -217,6 +218,56 @@ fn free_bodies_that_are_too_light_for_explicit_coupling_are_named() {
     assert!(light.contains("`block` weighs 0.48") && light.contains("iterate"), "{light}");
     let soft = block("density_kg_m3 = 80.0, young", "name = \"block\"").unwrap();
     assert!(soft.contains("particle_spacing_m") && !soft.contains("iterate"), "{soft}");
+}
+
+/// Rigid bodies take sub-steps unless the case says otherwise, and stiff ones many of them; a floating block, in steps of 1e-4 s.
+#[test]
+fn a_rigid_body_takes_substeps_and_one_of_steel_is_warned_of() {
+    let with = |modulus: &str| {
+        let material = format!(
+            "young_modulus_pa = {modulus}, poisson_ratio = 0.4 }}\nformulation = {{ type = \"rigid\" }}"
+        );
+        let step = "type = \"adaptive\", factor = 0.8";
+        good(&tank_with(&[
+            ("young_modulus_pa = 12e6, poisson_ratio = 0.4 }", &material),
+            ("type = \"fixed\", time_step_s = 1e-5", step),
+        ]))
+    };
+    let warning = |modulus: &str| {
+        with(modulus).summary().warnings.into_iter().find(|warning| warning.contains("sub-steps"))
+    };
+    assert_eq!(warning("1e7"), None);
+    let steel = warning("2e11").unwrap();
+    assert!(steel.contains("body `block`") && steel.contains("divide them by"), "{steel}");
+    let without = TANK.find("[[solid.body]]\nname = \"plate\"").unwrap()..TANK.find("[[wall]]").unwrap();
+    let mut text = TANK.replacen(
+        "poisson_ratio = 0.4 }",
+        "poisson_ratio = 0.4 }\nformulation = { type = \"rigid\" }",
+        1,
+    );
+    let shift = text.len() - TANK.len();
+    text.replace_range(without.start + shift..without.end + shift, "");
+    let tip =
+        text.find("[[probe]]\nname = \"tip\"").unwrap()..text.find("[[probe]]\nname = \"gauge\"").unwrap();
+    text.replace_range(tip, "");
+    let stepping = |text: &str| good(text).file.solid.unwrap().substeps;
+    assert_eq!(stepping(&text), SubstepsKey::Word(SubstepsWord::Auto));
+    assert_eq!(
+        stepping(&text.replace("\"rigid\"", "\"updated-lagrangian\"")),
+        SubstepsKey::Word(SubstepsWord::None)
+    );
+}
+
+/// A floor whose open sides end between two rows of the lattice fits the water as well as any.
+#[test]
+fn an_open_side_off_the_lattice_is_no_misfit() {
+    let open = |sides: &str| {
+        tank_with(&[("upper_m = [0.4, 0.3]", "upper_m = [0.404, 0.304]"), ("[\"top\"]", sides)])
+    };
+    let misfits =
+        |text: &str| good(text).summary().warnings.iter().filter(|w| w.contains("off the lattice")).count();
+    assert_eq!(misfits(&open("[\"top\", \"right\"]\nlayout = \"lattice\"")), 0);
+    assert_eq!(misfits(&open("[\"top\"]\nlayout = \"lattice\"")), 1);
 }
 
 #[test]

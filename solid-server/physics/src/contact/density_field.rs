@@ -9,6 +9,9 @@ use crate::space::SolidSpace;
 sph::constants! {
     const SAMPLES: u32 = 16, "solid.contact.samples",
         "places along a row at which the density of a half-space is sampled [-]";
+    /// More than two bodies approach in a step, see `solid.rigid.travel`.
+    pub const IMMINENT: f64 = 0.6, "solid.contact.imminent",
+        "distance beyond that of contact from which a rigid body prepares for it, in particle spacings [-]";
 }
 
 /// Density field of a half-space of particles as a measure of depth.
@@ -31,6 +34,8 @@ pub struct DensityField {
     pub gain: f64,
     /// Contact distance d \[m\].
     pub distance: f64,
+    /// Depth 0.6 Δx before contact \[m\], negative.
+    pub imminent: f64,
 }
 
 impl DensityField {
@@ -38,15 +43,17 @@ impl DensityField {
     pub fn new<S: SolidSpace>(spacing: f64, distance: f64) -> Self {
         let support = S::CONTACT_REACH.max(S::CONTACT_REACH - 1.0 + distance / spacing) * spacing;
         let scale = S::wendland_weight(spacing, support);
-        let bare = Self { support, scale, at_contact: 0.0, gain: 0.0, distance };
+        let bare = Self { support, scale, at_contact: 0.0, gain: 0.0, distance, imminent: 0.0 };
         let heights = |height: f64| {
             (0..SAMPLES)
                 .map(move |k| bare.over_half_space::<S>(spacing, f64::from(k) / f64::from(SAMPLES), height))
         };
         // The largest over the phases: lattices laid side by side start without force.
         let at_contact = heights(distance).fold(0.0, f64::max);
-        let full = heights(0.0).sum::<f64>() / f64::from(SAMPLES);
-        Self { at_contact, gain: distance / (full - at_contact), ..bare }
+        let mean = |height: f64| heights(height).sum::<f64>() / f64::from(SAMPLES);
+        let gain = distance / (mean(0.0) - at_contact);
+        let imminent = gain * (mean(distance + IMMINENT * spacing) - at_contact);
+        Self { at_contact, gain, imminent, ..bare }
     }
 
     /// D at `height` \[m\] over the outer row, `phase` spacings along it.

@@ -52,7 +52,7 @@ pub struct Repulsion {
     pub start: StartDepths,
 }
 
-/// A particle that lies in a body or wall.
+/// A particle that lies in a body or wall, or may within the step.
 #[derive(Clone, Copy, Debug)]
 struct Contact<S: SolidSpace> {
     key: ContactKey,
@@ -90,6 +90,8 @@ pub struct ContactStage<'a, S: SolidSpace> {
 struct ContactConstants {
     stiffness: f64,
     mass: f64,
+    /// Whether one of both is rigid, whose step has no limit but that by contact.
+    rigid: bool,
 }
 
 impl<S: SolidSpace> Contact<S> {
@@ -99,6 +101,20 @@ impl<S: SolidSpace> Contact<S> {
         let r = x_sj.norm();
         let friction = self.friction.reaction(field, x_sj, r);
         [*x_sj * (self.slope * field.gradient_factor(r)) + friction, friction]
+    }
+
+    /// One with stiffness κ `stiffness` \[Pa\] that may set in during the step: it has no force yet, but the stiffness that it will
+    /// have, for the step to resolve. `None` where no face is opposite.
+    fn imminent(key: ContactKey, stiffness: f64, gradient: f64, reach: f64) -> Option<Self> {
+        // As that of a contact, with a gain of 1/|∇D|, which depth has where it sets in.
+        let stiffness = stiffness * (gradient + reach) / (gradient * gradient);
+        (gradient > 0.0).then(|| Self {
+            key,
+            slope: 0.0,
+            depth: 0.0,
+            stiffness,
+            friction: Friction::default(),
+        })
     }
 
     /// Bound of the contribution of one neighbour at distance `r` \[m\] to the stiffness of its contact \[Pa\].
@@ -142,7 +158,8 @@ impl Repulsion {
         self.find_contacts(at, springs, contacts);
         let contacts: &[Contact<S>] = &contacts.found;
         let sticking = if self.friction > 0.0 { contacts } else { &[] };
-        springs.renew(at.at, sticking.iter().map(|contact| (contact.key, contact.friction.elongation)));
+        let touching = sticking.iter().filter(|contact| contact.depth > 0.0);
+        springs.renew(at.at, touching.map(|contact| (contact.key, contact.friction.elongation)));
         if contacts.is_empty() {
             sums.fill(ContactForces::default());
             return;
@@ -150,7 +167,7 @@ impl Repulsion {
         for_each(sums, 8 * TASK, |i, sums| *sums = self.forces(at, contacts, i));
     }
 
-    /// All particles that lie in something else, ascending.
+    /// All particles that lie in something else, or may within the step, ascending.
     fn find_contacts<S: SolidSpace>(
         &self,
         at: &ContactStage<'_, S>,
@@ -236,7 +253,8 @@ impl Repulsion {
     pub fn depths<S: SolidSpace>(&self, at: &ContactStage<'_, S>) -> StartDepths {
         let mut contacts = Contacts { found: Vec::new(), tasks: Vec::new() };
         self.find_contacts(at, &TangentialSprings::default(), &mut contacts);
-        contacts.found.iter().map(|contact| (contact.key, contact.depth)).collect()
+        let touching = contacts.found.iter().filter(|contact| contact.depth > 0.0);
+        touching.map(|contact| (contact.key, contact.depth)).collect()
     }
 
     /// Constants of the contact of `body` with `other` or a wall.
@@ -248,7 +266,8 @@ impl Repulsion {
     ) -> ContactConstants {
         let softer = other.map_or(f64::INFINITY, |other| other.material.bulk_modulus);
         let pressure = 0.5 * self.stiffness * body.material.bulk_modulus.min(softer);
-        ContactConstants { stiffness: pressure * S::face_over_side(self.spacing), mass }
+        let rigid = [Some(body), other].iter().flatten().any(|body| body.formulation.is_rigid());
+        ContactConstants { stiffness: pressure * S::face_over_side(self.spacing), mass, rigid }
     }
 
     /// The contact of a particle with the neighbours `near`, if it lies in them; `dt` \[s\] after the time of `springs`.
@@ -265,12 +284,13 @@ impl Repulsion {
         let near = near.filter(|(x, _)| x.norm_squared() < square);
         // Most rows of neighbours end here.
         let depth = field.depth(near.clone().map(|(x, _)| field.weight(x.norm())).sum());
-        if depth <= 0.0 {
+        let onset = if constants.rigid { field.imminent } else { 0.0 };
+        if depth <= onset {
             return None;
         }
         let start = self.start_depth(&key).min(S::STIFFEST_DEPTH * field.distance);
         let depth = depth - start;
-        if depth <= 0.0 {
+        if depth <= onset {
             return None;
         }
         let (mut gradient, mut rate, mut reach) = (S::Vector::zeros(), 0.0, 0.0);
@@ -279,6 +299,10 @@ impl Repulsion {
             gradient += part;
             rate += part.dot(&v);
             reach += part.norm();
+        }
+        if depth <= 0.0 {
+            let sides = if self.friction > 0.0 { 2.0 } else { 1.0 };
+            return Contact::imminent(key, sides * constants.stiffness, gradient.norm(), reach);
         }
         let (distance, gain) = (field.distance - start, field.gain);
         let spring = Spring::new::<S>(constants.stiffness, depth, distance);

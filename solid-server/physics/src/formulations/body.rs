@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use sph::coupling::stage::StageTime;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::ElasticParameters;
 
@@ -44,4 +45,13 @@ pub struct Body<S: SolidSpace> {
     pub self_contact: bool,
     /// Whether a probe reads the body's rotation.
     pub tracks_rotation: bool,
+}
+
+impl<S: SolidSpace> Body<S> {
+    /// Whether it is rigid, and no support holds all of it in the step of `time`.
+    pub fn is_free_and_rigid(&self, time: &StageTime) -> bool {
+        let clamps =
+            |support: &Support<S>| support.pivot.is_none() && support.holds_fully() && support.acts(time);
+        self.formulation.is_rigid() && !self.supports.iter().any(clamps)
+    }
 }

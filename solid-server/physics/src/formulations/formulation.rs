@@ -9,6 +9,7 @@ use crate::boundary::supports::Support;
 use crate::formulations::pair_law::{PairSums, SumLaw};
 use crate::neighbours::lists::Rows;
 use crate::particles::fields::{RateView, RateViewMut, StressView, StressViewMut};
+use crate::particles::forces::ParticleForces;
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
 use crate::space::SolidSpace;
 
@@ -237,6 +238,11 @@ pub trait BodyFormulation<S: SolidSpace>: Send + Sync {
 
     /// Moment of inertia of a body that is rigid.
     fn inertia(&self) -> Option<RigidInertia<S>> {
+        None
+    }
+
+    /// Bound of the squared frequency of a rigid body on its contacts in `forces`, those of its particles \[1/s²\].
+    fn contact_rate(&self, _forces: &[ParticleForces<S>]) -> Option<f64> {
         None
     }
 

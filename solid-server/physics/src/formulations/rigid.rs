@@ -15,6 +15,7 @@ use crate::formulations::formulation::{
 use crate::formulations::pair_law::PairSums;
 use crate::neighbours::lists::{Rows, TASK};
 use crate::particles::fields::{StressView, StressViewMut};
+use crate::particles::forces::ParticleForces;
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState, image_offset};
 use crate::space::SolidSpace;
 
@@ -396,6 +397,17 @@ impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
 
     fn inertia(&self) -> Option<RigidInertia<S>> {
         Some(self.inertia)
+    }
+
+    /// 2 Σ k (1/M + |r|²/I) with the smallest principal moment of inertia I: the trace of stiffness over mass, doubled for a
+    /// partner that moves as well. A pivot only stiffens the body.
+    fn contact_rate(&self, forces: &[ParticleForces<S>]) -> Option<f64> {
+        let smallest = S::smallest_inertia(self.inertia.total);
+        let of_particle = |i: usize| {
+            let softness = 1.0 / self.mass + self.arms[i].norm_squared() / smallest;
+            forces[i].contact_stiffness * softness
+        };
+        Some(2.0 * ordered_sum::<f64, _>(self.arms.len(), of_particle))
     }
 
     fn strain_energy(

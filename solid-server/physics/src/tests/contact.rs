@@ -1,19 +1,25 @@
 //! Contact between bodies and with walls, by repulsion and by the sums of the source paper.
 
+use nalgebra::Vector3;
 use sph::coupling::ledger::{Account, LedgerVector};
 use sph::coupling::saved::SavedState;
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::Stage;
-use sph::setup::{ContactLaw, Motion, RepulsionParameters, SolidProbeKind, SolidSetup};
-use sph::space::{Vector, cross};
+use sph::setup::{
+    ContactLaw, ElasticParameters, Formulation, Motion, RepulsionParameters, SolidProbeKind, SolidSetup,
+    SolidStepping, SubstepCount,
+};
+use sph::space::{Plane, Spatial, Vector, cross};
 
 use crate::SolidSolver;
+use crate::space::SolidSpace;
 use crate::system::state::BodyContact;
 use crate::system::workspace::Workspace;
 use crate::time::limits::step_limit;
 
 use super::scenes::{
-    Run, add_elastic, add_probe, add_support, add_total, add_wall, block, clamp, scene, set_velocity,
+    RUBBER, Run, add_body, add_elastic, add_probe, add_support, add_total, add_wall, block, brick, clamp,
+    scene, scene_in, set_material, set_velocity,
 };
 
 const SPACING: f64 = 2e-3;
@@ -393,4 +399,71 @@ fn an_updated_lagrangian_block_bounces_off_a_total_lagrangian_plate() {
     assert!(closest > 0.5 * SPACING, "{closest}");
     assert!(reaction > 0.0, "the clamps take up the block's momentum");
     assert!(run.largest_residual < 1e-12, "{}", run.largest_residual);
+}
+
+/// A rigid block that falls by six spacings onto a wall, without friction or damping, in steps of 0.8 of the stated limit.
+///
+/// Nothing but the contact limits its steps, and that only where it acts: the first step is that of free fall.
+fn land<S: SolidSpace>(
+    bulk_modulus: f64,
+    stepping: SolidStepping,
+    block: &[S::Vector],
+    floor: &[S::Vector],
+) -> (f64, f64) {
+    let mut setup = scene_in::<S>(SPACING);
+    if let ContactLaw::Repulsion(law) = &mut setup.contact {
+        law.damping = 0.0;
+    }
+    setup.stepping = stepping;
+    add_body(&mut setup, Formulation::Rigid, block);
+    add_wall(&mut setup, floor);
+    set_material(&mut setup, ElasticParameters { bulk_modulus, ..RUBBER });
+    setup.run.body_force.gravity[1] = -9.81;
+    add_probe(&mut setup, SolidProbeKind::Motion(0));
+    add_probe(&mut setup, SolidProbeKind::Gap(None));
+    let mut run = Run::new(setup, 1e-5);
+    let energy = |probes: &[f64]| 9.81 * probes[1] + 0.5 * probes[S::DIMENSIONS + 1].powi(2);
+    let (start, fall) = (energy(&run.probes()), 6.0 * SPACING);
+    let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut elapsed = 0.0;
+    while elapsed < 0.06 {
+        run.time_step = 0.8 * run.solver.time_step_limit();
+        elapsed += run.time_step;
+        run.step().unwrap();
+        let probes = run.probes();
+        let gap = probes[probes.len() - 1];
+        lowest = if gap.is_nan() { lowest } else { lowest.min(gap) };
+        // In contact a part of the energy is in its springs.
+        if gap.is_nan() || gap > SPACING {
+            highest = highest.max(energy(&probes));
+        }
+    }
+    let last = energy(&run.probes());
+    assert!(run.largest_residual < 1e-12, "{}", run.largest_residual);
+    ((highest.max(last) - start) / (9.81 * fall), lowest / SPACING)
+}
+
+#[test]
+fn rigid_blocks_of_any_modulus_land_and_rebound_in_steps_of_the_stated_limit() {
+    let (side, depth) = (8, 3);
+    let square = block(Vector::new(-4.0, 6.0) * SPACING, side, side, SPACING);
+    let ground = block(Vector::new(-10.0, -3.0) * SPACING, 20, depth, SPACING);
+    let cube = brick(Vector3::new(-4.0, 6.0, -4.0) * SPACING, [side; 3], SPACING);
+    let plate = brick(Vector3::new(-10.0, -3.0, -10.0) * SPACING, [20, depth, 20], SPACING);
+    for bulk_modulus in [1e6, 1e8, 1e10] {
+        for stepping in [SolidStepping::Substeps(SubstepCount::Automatic), SolidStepping::StageRule] {
+            // The midpoint rule takes steps as short as the sub-steps would be.
+            if stepping == SolidStepping::StageRule && bulk_modulus > 1e9 {
+                continue;
+            }
+            for (gain, lowest) in [
+                land::<Plane>(bulk_modulus, stepping, &square, &ground),
+                land::<Spatial>(bulk_modulus, stepping, &cube, &plate),
+            ] {
+                // 1 %: some 20 sub-steps for a rebound, whose contact sets in within one of them.
+                assert!(gain.abs() < 0.01, "{bulk_modulus:e}, {stepping:?}: {gain}");
+                assert!(lowest > 0.2, "{bulk_modulus:e}, {stepping:?}: {lowest}");
+            }
+        }
+    }
 }

@@ -3,9 +3,13 @@
 //! The first functions need the material, the spacing and the coefficients of a body only, so that a case can be judged
 //! before its bodies exist.
 
+use sph::coupling::stage::StageTime;
 use sph::setup::{ElasticParameters, Formulation, SolidStepping, SubstepCount};
 use sph::space::tensors::SpaceVector;
 
+use crate::boundary::walls::WallState;
+use crate::formulations::body::Body;
+use crate::particles::forces::ParticleForces;
 use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
@@ -19,6 +23,15 @@ sph::constants! {
     /// That of the source paper, whatever the stencil.
     const REFERENCE_KERNEL_RATIO: f64 = 1.3, "solid.stage_rule.kernel_ratio",
         "h/dx that the Courant number of the stage rule of a total-Lagrangian body refers to [-]";
+    /// The midpoint rule of Eq. (30)-(31) lets an oscillation grow by (ω Δt)⁴/8 per step, and nothing damps a rigid body.
+    const RIGID_STAGE_RULE: f64 = 0.5, "solid.stage_rule.rigid_contact",
+        "step of the stage rule times the frequency of a rigid body on its contacts [-]";
+    /// Rigid bodies meet each other and walls less than twice this way after the step before: see
+    /// [`IMMINENT`](crate::contact::density_field::IMMINENT).
+    const TRAVEL: f64 = 0.25, "solid.rigid.travel",
+        "largest way of a particle of a rigid body in a step, in particle spacings [-]";
+    const STANDING_CUBE: f64 = 16.0, "solid.rigid.standing_cube",
+        "estimate of the squared frequency of a rigid cube on its contact, over that of its outer row on the contact of one side [-]";
     /// Contact may stiffen within a step.
     const AUTOMATIC_FRACTION: f64 = 0.8, "solid.substeps.automatic_fraction",
         "part of the stable sub-step that an automatic number of sub-steps takes [-]";
@@ -132,6 +145,24 @@ pub fn estimated_step<S: Thresholds>(
     }
 }
 
+/// Largest sub-step \[s\] while a rigid body of `count` particles of `spacing` Δx \[m\] is in contact, by an estimate that needs no
+/// particles: the frequency ω of a cube of R = `count`^(1/d) rows that stands on one face, with the bounds that the solver has
+/// of stiffness and moment of inertia.
+///
+/// ```text
+/// ω² = 16 kK/(2 ρ R Δx²)
+/// ```
+pub fn estimated_contact_substep<S: Thresholds>(
+    material: &ElasticParameters,
+    contact_stiffness: f64,
+    spacing: f64,
+    count: usize,
+) -> f64 {
+    let rows = (count as f64).powf(1.0 / S::DIMENSIONS as f64);
+    let pressure = 0.5 * contact_stiffness * material.bulk_modulus;
+    spacing * (rows * material.density / (STANDING_CUBE * pressure)).sqrt()
+}
+
 /// Automatic number of sub-steps in a step of `time_step` \[s\], an even number, for sub-steps that are stable up to
 /// `substep_limit` \[s\].
 pub fn automatic_substeps(time_step: f64, substep_limit: f64) -> u32 {
@@ -143,6 +174,42 @@ pub fn automatic_substeps(time_step: f64, substep_limit: f64) -> u32 {
 /// Largest step by the acceleration a of a particle \[m/s²\], ¼ √(Δx/a) \[s\].
 pub fn acceleration_limit<S: Thresholds>(spacing: f64, acceleration: f64) -> f64 {
     S::ACCELERATION_COEFFICIENT * (spacing / acceleration).sqrt()
+}
+
+/// Largest step \[s\] in which nothing of `speed` \[m/s\] goes farther than a quarter of the spacing Δx \[m\].
+pub fn travel_limit(spacing: f64, speed: f64) -> f64 {
+    TRAVEL * spacing / speed
+}
+
+/// Largest frequency of the free rigid bodies on their contacts in `forces` \[rad/s\], in the step of `time`; over 0.5 with
+/// the stage rule.
+pub(crate) fn rigid_contact_frequency<S: SolidSpace>(
+    model: &SolidModel<S>,
+    forces: &[ParticleForces<S>],
+    time: &StageTime,
+) -> f64 {
+    let free = model.bodies.iter().filter(|body| body.is_free_and_rigid(time));
+    let rates = free.filter_map(|body| body.formulation.contact_rate(&forces[body.range.clone()]));
+    let frequency = rates.fold(0.0, f64::max).sqrt();
+    match model.stepping {
+        SolidStepping::StageRule => frequency / RIGID_STAGE_RULE,
+        SolidStepping::Substeps(_) => frequency,
+    }
+}
+
+/// Largest step by the speed of what rigid bodies may run into, or that may run into them \[s\].
+pub(crate) fn rigid_travel_limit<S: SolidSpace>(
+    model: &SolidModel<S>,
+    state: &SolidState<S>,
+    walls: &WallState<S>,
+) -> f64 {
+    let is_rigid = |body: &Body<S>| body.formulation.is_rigid();
+    let meets = model.has_contact() || model.walls.len() > 0;
+    if !(meets && model.bodies.iter().any(is_rigid)) {
+        return f64::INFINITY;
+    }
+    let fastest = |speeds: &[S::Vector]| speeds.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    travel_limit(model.spacing, fastest(&state.particles.velocity) + fastest(&walls.velocity))
 }
 
 /// Largest stable sub-step from `state` \[s\]: by the waves of the deformed bodies, and 1/ω of the stiffest contact.

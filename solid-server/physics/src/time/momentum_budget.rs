@@ -12,6 +12,7 @@ use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
 use crate::system::state::{SolidState, StageMaxima};
 use crate::system::workspace::Workspace;
+use crate::time::limits::rigid_contact_frequency;
 
 /// Sums over all particles that the budget needs.
 #[derive(Clone, Copy, Default)]
@@ -80,7 +81,11 @@ pub fn momentum_budget<S: SolidSpace>(
             damping: forces.damping,
             wall_contact: forces.walls,
             largest_acceleration: change.norm() / duration,
-            largest_contact_rate: 2.0 * forces.contact_stiffness / mass,
+            largest_contact_rate: if body.formulation.is_rigid() {
+                0.0
+            } else {
+                2.0 * forces.contact_stiffness / mass
+            },
             tangent_stiffness_ratio: body.formulation.tangent_stiffness_ratio(&stress, i - body.range.start),
         }
     });
@@ -104,7 +109,11 @@ pub fn momentum_budget<S: SolidSpace>(
     };
     let maxima = StageMaxima {
         largest_acceleration: sums.largest_acceleration,
-        contact_frequency: sums.largest_contact_rate.sqrt(),
+        contact_frequency: sums.largest_contact_rate.sqrt().max(rigid_contact_frequency(
+            model,
+            &workspace.mean_forces,
+            time,
+        )),
         tangent_stiffness_ratio: sums.tangent_stiffness_ratio,
     };
     (budget, maxima)

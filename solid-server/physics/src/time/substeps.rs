@@ -15,7 +15,7 @@ use crate::time::energy_budget::enter_kick;
 use crate::time::evaluate::{
     add_film, add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stage,
 };
-use crate::time::limits::{automatic_substeps, substep_limit};
+use crate::time::limits::{automatic_substeps, rigid_contact_frequency, substep_limit};
 use crate::time::stepping::Stepping;
 
 /// Velocity-Verlet sub-steps of this number per step.
@@ -32,16 +32,20 @@ pub struct Substeps(pub SubstepCount);
 
 /// Sub-steps of the stage of `time`: half of those of the step in the predictor.
 ///
-/// Both stages decide by the state at the start of the step.
+/// Both stages decide by the state at the start of the step, `start_forces` being the forces there.
 fn stage_substeps<S: SolidSpace>(
     model: &SolidModel<S>,
     state: &SolidState<S>,
+    start_forces: &[ParticleForces<S>],
     count: SubstepCount,
     time: &StageTime,
 ) -> u32 {
     let pairs = match count {
         SubstepCount::Fixed(count) => count / 2,
-        SubstepCount::Automatic => automatic_substeps(time.time_step, substep_limit(model, state)) / 2,
+        SubstepCount::Automatic => {
+            let rigid = 1.0 / rigid_contact_frequency(model, start_forces, time);
+            automatic_substeps(time.time_step, substep_limit(model, state).min(rigid)) / 2
+        }
     };
     match time.at.stage {
         Stage::Predictor => pairs,
@@ -85,7 +89,7 @@ impl<S: SolidSpace> Stepping<S> for Substeps {
         workspace: &mut Workspace<S>,
         time: &StageTime,
     ) {
-        let count = stage_substeps(model, state, self.0, time);
+        let count = stage_substeps(model, state, &workspace.start_forces, self.0, time);
         workspace.substeps = count;
         let duration = time.duration() / f64::from(count);
         let evolves = model.bodies.iter().any(|body| body.formulation.evolves());

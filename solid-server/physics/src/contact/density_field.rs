@@ -9,9 +9,9 @@ use crate::space::SolidSpace;
 sph::constants! {
     const SAMPLES: u32 = 16, "solid.contact.samples",
         "places along a row at which the density of a half-space is sampled [-]";
-    /// More than two bodies approach in a step, see `solid.rigid.travel`.
+    /// More than the way by which two bodies approach in a step, see `solid.rigid.travel`.
     pub const IMMINENT: f64 = 0.6, "solid.contact.imminent",
-        "distance beyond that of contact from which a rigid body prepares for it, in particle spacings [-]";
+        "distance beyond that of contact from which the sub-steps of a rigid body allow for it, in particle spacings [-]";
 }
 
 /// Density field of a half-space of particles as a measure of depth.

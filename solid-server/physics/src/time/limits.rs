@@ -26,7 +26,7 @@ sph::constants! {
     /// The midpoint rule of Eq. (30)-(31) lets an oscillation grow by (ω Δt)⁴/8 per step, and nothing damps a rigid body.
     const RIGID_STAGE_RULE: f64 = 0.5, "solid.stage_rule.rigid_contact",
         "step of the stage rule times the frequency of a rigid body on its contacts [-]";
-    /// Rigid bodies meet each other and walls less than twice this way after the step before: see
+    /// Two bodies approach by half a spacing in a step at most, less than the distance over which contact is foreseen,
     /// [`IMMINENT`](crate::contact::density_field::IMMINENT).
     const TRAVEL: f64 = 0.25, "solid.rigid.travel",
         "largest way of a particle of a rigid body in a step, in particle spacings [-]";

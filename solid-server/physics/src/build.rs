@@ -91,7 +91,7 @@ pub fn build<S: SolidSpace>(
     let start = StageTime { at: StepStage::FIRST, step_start: start_time, time_step: 0.0 };
     if let ContactModel::Repulsion(law) = &model.contact {
         let depths = start_depths(&model, law, &start);
-        model.contact = ContactModel::Repulsion(Repulsion { start: depths, ..law.clone() });
+        model.contact = ContactModel::Repulsion(Box::new(Repulsion { start: depths, ..(**law).clone() }));
     }
     let state = initial_state(&model, particles, rigid, image_counts, start_time);
     crate::time::checks::check(&model, &state.particles, start.at)

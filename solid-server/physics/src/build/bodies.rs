@@ -220,7 +220,7 @@ pub fn build_contact<S: SolidSpace>(setup: &SolidSetup<S>) -> ContactModel {
         ContactLaw::Repulsion(law) => {
             let fields = DensityFields::new::<S>(setup, law.distance);
             let self_contact_distance = law.self_contact.then(|| fields.self_contact_distance::<S>());
-            ContactModel::Repulsion(Repulsion {
+            ContactModel::Repulsion(Box::new(Repulsion {
                 stiffness: law.stiffness,
                 damping: law.damping,
                 friction: law.friction,
@@ -229,7 +229,7 @@ pub fn build_contact<S: SolidSpace>(setup: &SolidSetup<S>) -> ContactModel {
                 wet: law.wet,
                 self_contact_distance,
                 start: Vec::new(),
-            })
+            }))
         }
         ContactLaw::Sums => {
             let support = |body: &BodySetup<S>| match &body.formulation {

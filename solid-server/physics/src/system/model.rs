@@ -40,7 +40,7 @@ pub struct SolidModel<S: SolidSpace> {
 /// Law of contact between bodies and with walls.
 pub enum ContactModel {
     /// Repulsion by penetration depth.
-    Repulsion(Repulsion),
+    Repulsion(Box<Repulsion>),
     /// The sums of the source paper.
     Sums(SumContact),
 }

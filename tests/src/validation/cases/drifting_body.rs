@@ -38,6 +38,11 @@ fn member(file: &'static str, spacing: f64) -> Member {
     member
 }
 
+/// The member with a row every two steps: its load rings with periods of a millisecond.
+fn sampled(member: Member) -> Member {
+    member.with("outputs.probe_interval_s", 1.25e-4)
+}
+
 /// Mean over rows and over 0.20-0.25 s of σ_yy in each column \[Pa\].
 fn foot_stress(run: &Run) -> Result<Vec<f64>, String> {
     let mean = |column: usize| -> Result<f64, String> {
@@ -61,6 +66,28 @@ fn tip(run: &Run) -> Result<Vec<(f64, f64)>, String> {
 const PAPER_SOLID: &str = "source paper's solid, corrected";
 /// Scheme of the case as the source paper states it, water included.
 const PAPER: &str = "source paper";
+
+/// Scheme of the recommended case with twice the sound speed, in steps half as long.
+const FASTER_SOUND: &str = "twice the sound speed";
+
+/// Time from which the load on the plate is that of the bore, the body having struck and left it, and the end of the load \[s\].
+const LOADED: (f64, f64) = (0.24, 0.40);
+/// Times to which the impulse on the plate is compared \[s\].
+const IMPULSES: [f64; 3] = [0.25, 0.30, 0.40];
+
+/// Force of the water on the plate along x over time \[N/m\].
+fn load(run: &Run) -> Result<Vec<(f64, f64)>, String> {
+    run.history("plate_load_force_x_n_per_m")
+}
+
+/// Root mean square of the load about its mean over 5 ms, over its mean.
+fn load_noise(run: &Run) -> Result<f64, String> {
+    let load = load(run)?;
+    let about_mean = |(t, f): &(f64, f64)| (*t, (f - series::mean(&load, t - 0.0025, t + 0.0025)).powi(2));
+    let squares: Vec<(f64, f64)> = load.iter().map(about_mean).collect();
+    let (from, to) = LOADED;
+    Ok(series::mean(&squares, from, to).sqrt() / series::mean(&load, from, to))
+}
 
 /// The case with the source paper's formulation of both bodies, its gradients corrected; all else stays as it is, sub-steps
 /// included.
@@ -87,7 +114,11 @@ impl Case for DriftingBody {
         vec![
             member("../drifting_body_coarse", 0.004),
             with_paper_solid(member("../drifting_body_coarse", 0.004)),
-            member("../drifting_body", 0.002),
+            sampled(member("../drifting_body", 0.002)),
+            sampled(member("../drifting_body", 0.002))
+                .with("fluid.sound_speed_m_s", 50.0)
+                .with("time.step.time_step_s", 3.125e-5)
+                .scheme(FASTER_SOUND),
             with_paper_solid(member("../drifting_body", 0.002)),
             member("../drifting_body_paper", 0.002).scheme(PAPER),
         ]
@@ -134,6 +165,11 @@ impl Case for DriftingBody {
                 Goal::AtMost(-f64::MIN_POSITIVE),
             ),
             Figure::judged(
+                "load on the plate from 0.24 to 0.40 s: rms about its mean over 5 ms, over its mean",
+                load_noise(run)?,
+                if spacing < 0.003 { Goal::AtMost(0.15) } else { Goal::None },
+            ),
+            Figure::judged(
                 "closest pair of two bodies over spacing",
                 smallest("closest_gap_body_m")?,
                 Goal::AtLeast(0.5),
@@ -171,12 +207,35 @@ impl Case for DriftingBody {
                 Goal::AtMost(1e-12),
             ),
         ];
-        // Figures of the source paper's scheme are reported, not judged.
-        let report_only = [PAPER_SOLID, PAPER].contains(&run.member.scheme);
+        // The recommended scheme alone is judged.
+        let report_only = [PAPER_SOLID, PAPER, FASTER_SOUND].contains(&run.member.scheme);
         Ok(figures
             .into_iter()
             .map(|figure| if report_only { figure.report_only() } else { figure })
             .collect())
+    }
+
+    fn comparison(&self, runs: &[Run]) -> Result<Vec<Figure>, String> {
+        let of = |scheme: &str| {
+            runs.iter().find(|run| run.member.scheme == scheme && run.member.stem() == "drifting_body")
+        };
+        let (Some(usual), Some(faster)) = (of("recommended"), of(FASTER_SOUND)) else {
+            return Ok(Vec::new());
+        };
+        let (usual, faster) = (load(usual)?, load(faster)?);
+        let compared = |name: String, from: f64, to: f64, goal: f64| {
+            let [usual, faster] = [&usual, &faster].map(|load| series::mean(load, from, to) * (to - from));
+            Figure::compared(name, faster, usual, goal)
+        };
+        let impulse = |to: f64| {
+            compared(format!("impulse on the plate to {to} s, {FASTER_SOUND} [N s/m]"), 0.0, to, 0.06)
+        };
+        let part = |k: u32| {
+            let from = LOADED.0 + 0.03 * f64::from(k);
+            let name = format!("impulse on the plate in the 30 ms from {from:.2} s, {FASTER_SOUND} [N s/m]");
+            compared(name, from, from + 0.03, 0.12)
+        };
+        Ok(IMPULSES.into_iter().map(impulse).chain((0..5).map(part)).collect())
     }
 
     fn plots(&self, runs: &[Run]) -> Result<Vec<Plot>, String> {

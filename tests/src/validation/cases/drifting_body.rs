@@ -70,7 +70,7 @@ const PAPER: &str = "source paper";
 /// Scheme of the recommended case with twice the sound speed, in steps half as long.
 const FASTER_SOUND: &str = "twice the sound speed";
 
-/// Time from which the load on the plate is that of the bore, the body having struck and left it, and the end of the load \[s\].
+/// Times between which the load on the plate is judged \[s\]: after the body's impact; its last bounce ends at 0.25 s.
 const LOADED: (f64, f64) = (0.24, 0.40);
 /// Times to which the impulse on the plate is compared \[s\].
 const IMPULSES: [f64; 3] = [0.25, 0.30, 0.40];

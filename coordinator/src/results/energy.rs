@@ -35,7 +35,7 @@ impl LedgerSide {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SideEnergy {
     report: EnergyReport,
-    /// Largest [`scale_of`] so far \[J/m\].
+    /// Largest [`EnergyReport::scale`] so far \[J/m\].
     scale: f64,
     /// Largest |residual| so far \[J/m\].
     largest_residual: f64,
@@ -47,7 +47,7 @@ impl SideEnergy {
     /// Takes the report of a step.
     pub fn take(&mut self, report: &EnergyReport) {
         self.report = *report;
-        self.scale = self.scale.max(scale_of(report));
+        self.scale = self.scale.max(report.scale());
         self.largest_gain = self.largest_gain.max(gain_of(report));
         if let Some(residual) = report.residual() {
             let size = residual.abs();
@@ -76,21 +76,6 @@ impl SideEnergy {
     pub fn report(&self) -> &EnergyReport {
         &self.report
     }
-}
-
-/// Energy that was there to be spent \[J/m\]: the largest of what stores other than the potential held at the start, the
-/// potential energy that has been given or taken since, and the work from outside.
-fn scale_of(report: &EnergyReport) -> f64 {
-    let (mut held, mut fallen, mut work) = (0.0, 0.0, 0.0);
-    for (account, EnergyEntry { value, start }) in report.entries() {
-        match (account.kind(), account) {
-            (EnergyKind::Store, EnergyAccount::Potential) => fallen += (value - start).abs(),
-            (EnergyKind::Store, _) => held += start.abs(),
-            (EnergyKind::Work, _) => work += value.abs(),
-            (EnergyKind::Loss, _) => {}
-        }
-    }
-    f64::max(held, f64::max(fallen, work))
 }
 
 /// Energy that time scheme and contact together have given \[J/m\]: minus the sum of their accounts.

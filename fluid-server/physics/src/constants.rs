@@ -8,6 +8,7 @@ use crate::rates::volume_reading;
 use crate::report::probes;
 use crate::system::thresholds::Thresholds;
 use crate::system::{list_limits, walls};
+use crate::time::step_control;
 
 /// Coefficients of the fluid that no case sets.
 pub fn constants() -> impl Iterator<Item = &'static Constant> {
@@ -17,6 +18,7 @@ pub fn constants() -> impl Iterator<Item = &'static Constant> {
         walls::CONSTANTS,
         list_limits::CONSTANTS,
         departures::CONSTANTS,
+        step_control::CONSTANTS,
         probes::CONSTANTS,
     ];
     LISTS.iter().copied().flatten()

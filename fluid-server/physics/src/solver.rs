@@ -132,7 +132,8 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
     }
 
     fn time_step_limit(&self) -> f64 {
-        time_step_limit(&self.model, self.workspace.largest_speed, self.state.largest_acceleration)
+        let Self { model, state, workspace, .. } = self;
+        state.control.share() * time_step_limit(model, workspace.largest_speed, state.largest_acceleration)
     }
 
     fn limiting_particle(&self) -> Option<(u32, Vec<f64>)> {
@@ -212,6 +213,9 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
         self.boundary.invalidate();
         let Self { model, state, workspace, .. } = self;
+        if let Some(energies) = &workspace.energies {
+            state.control.take(&energy_budget::report(&model.energy_accounts, &state.energy, energies));
+        }
         let findings = workspace.findings;
         findings.verdict(model, state, time.at).map_err(|divergence| *divergence)?;
         let step = EndedStep {

@@ -8,6 +8,7 @@ use sph::space::components::Components;
 use super::list_limits::{Skins, skins};
 use super::model::FluidModel;
 use super::state::{FluidState, ListOrigin};
+use crate::time::step_control::StepControl;
 
 /// Figures of the interface for reports: see `FluidInterface::history`.
 pub const INTERFACE: &str = "fluid.interface";
@@ -55,6 +56,7 @@ impl<S: Space> FluidState<S> {
             saved.put_f64("fluid.volume_excess", volume_excess.iter().copied());
         }
         self.energy.save("fluid.energy", saved);
+        self.control.save("fluid.step_control", saved);
         saved.put_u64("fluid.counts", [self.escaped, self.outflow, self.list_builds]);
     }
 
@@ -141,6 +143,7 @@ impl<S: Space> FluidState<S> {
             relaxation,
             volume_excess,
             energy: EnergyTally::restored("fluid.energy", saved)?,
+            control: StepControl::restored("fluid.step_control", saved)?,
             escaped,
             outflow,
             list_builds,

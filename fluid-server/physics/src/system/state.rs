@@ -11,6 +11,7 @@ use sph::space::tensors::SpaceVector;
 use sph::tasks::for_each;
 
 use super::tasks::TASK;
+use crate::time::step_control::StepControl;
 
 /// The fluid at a step boundary; everything else follows from it and the model.
 ///
@@ -60,6 +61,8 @@ pub struct FluidState<S: Space> {
     pub volume_excess: Vec<f64>,
     /// Energy at the start, and works and losses since.
     pub energy: EnergyTally,
+    /// What the last steps say of the next.
+    pub control: StepControl,
     /// Particles that crossed a wall or a closed side.
     pub escaped: u64,
     /// Particles that left over an open rim or through an outflow side.
@@ -224,6 +227,7 @@ impl<S: Space> FluidState<S> {
             largest_acceleration: self.largest_acceleration,
             density_age: self.density_age,
             energy: self.energy.clone(),
+            control: self.control,
             escaped: self.escaped,
             outflow: self.outflow,
             list_builds: self.list_builds,

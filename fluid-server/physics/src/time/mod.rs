@@ -10,4 +10,5 @@ pub mod movement;
 pub mod stage;
 mod stage_relaxation;
 pub mod state_scan;
+pub mod step_control;
 pub mod step_limit;

@@ -286,6 +286,21 @@ impl EnergyReport {
                 .sum()
         })
     }
+
+    /// Energy that was there to be spent \[J\]: the largest of what stores other than the potential held at the start, the
+    /// potential energy that has been given or taken since, and the work from outside.
+    pub fn scale(&self) -> f64 {
+        let (mut held, mut fallen, mut work) = (0.0, 0.0, 0.0);
+        for (account, EnergyEntry { value, start }) in self.entries() {
+            match (account.kind(), account) {
+                (EnergyKind::Store, EnergyAccount::Potential) => fallen += (value - start).abs(),
+                (EnergyKind::Store, _) => held += start.abs(),
+                (EnergyKind::Work, _) => work += value.abs(),
+                (EnergyKind::Loss, _) => {}
+            }
+        }
+        f64::max(held, f64::max(fallen, work))
+    }
 }
 
 #[cfg(test)]

@@ -73,8 +73,11 @@ impl StepControl {
         }
     }
 
-    /// Saves it as the array `name`.
+    /// Saves it as the array `name`, unless it is that of the start: a checkpoint of before there was one stays what it is.
     pub fn save(&self, name: &str, saved: &mut SavedState) {
+        if *self == Self::default() {
+            return;
+        }
         let Self { residual, change, scale, growths, share } = *self;
         saved.put_f64(name, [residual, change, scale, growths.into(), share]);
     }
@@ -156,6 +159,8 @@ mod tests {
     fn a_saved_control_goes_its_way_and_a_checkpoint_without_one_starts_it() -> Result<(), RestoreError> {
         let control = after(&[1e-7, -2e-7, 4e-7, -8e-7, 1.6e-6]);
         let mut saved = SavedState::default();
+        StepControl::default().save("control", &mut saved);
+        assert!(!saved.has("control"));
         assert_eq!(StepControl::restored("control", &saved)?, StepControl::default());
         control.save("control", &mut saved);
         assert_eq!(StepControl::restored("control", &saved)?, control);

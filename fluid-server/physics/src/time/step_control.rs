@@ -15,7 +15,7 @@ sph::constants! {
     /// Two happen by chance.
     const GROWTHS: u32 = 3, "time_step.control.growths",
         "steps of growth in a row that shorten the steps to come [-]";
-    /// A thousandth of what the quality figures allow in all, and above round-off.
+    /// A ten-thousandth of what the quality figures allow in all, and above round-off.
     const LEAST_CHANGE: f64 = 1e-7, "time_step.control.least_change",
         "change of the residual in a step that counts, over the energy that was there to be spent [-]";
     /// A sheet 1.6 times as stiff as a lattice is stable at 0.7 of the limit.

@@ -1,8 +1,8 @@
 //! Notices a step that is too long for what the water does.
 //!
-//! The stability limit is that of particles in order. Next to a void that closes, clumps and thin sheets are up to 1.6 times as
-//! stiff. Beyond their own limit the pressure there alternates from step to step and doubles each time, and with it the
-//! residual of energy, long before the energy itself matters.
+//! The stability limit is that of particles in order. Next to a void that closes, clumps and thin sheets vibrate up to 1.6 times
+//! as fast. Beyond their own limit the pressure there alternates from step to step and doubles each time, and with it the
+//! change of the residual of energy, long before the energy itself matters.
 
 use serde::{Deserialize, Serialize};
 use sph::coupling::ledger::EnergyReport;
@@ -18,10 +18,10 @@ sph::constants! {
     /// A ten-thousandth of what the quality figures allow in all, and above round-off.
     const LEAST_CHANGE: f64 = 1e-7, "time_step.control.least_change",
         "change of the residual in a step that counts, over the energy that was there to be spent [-]";
-    /// A sheet 1.6 times as stiff as a lattice is stable at 0.7 of the limit.
+    /// The fastest clump that was found, at 1.6 times the frequency of a lattice, is stable at 0.7 of the limit and not at 0.8.
     const SHORTENING: f64 = 0.8, "time_step.control.shortening",
         "factor by which steps become shorter [-]";
-    /// Back in 45 steps, in which water crosses about a spacing.
+    /// Back in 45 steps. Where the water is as stiff then as before, the growth is noticed again before it matters.
     const RECOVERY: f64 = 1.005, "time_step.control.recovery",
         "factor by which the limit recovers in a step [-]";
     /// Beyond, something else is wrong, which the residual then shows.
@@ -95,7 +95,7 @@ impl StepControl {
             let problem = format!("holds a share of {share}, must lie between {LEAST_SHARE} and 1");
             return Err(RestoreError::new(name, problem));
         }
-        // At most a handful.
+        // Fewer than `GROWTHS`.
         let growths = if growths > 0.0 { growths as u32 } else { 0 };
         Ok(Self { residual, change, scale, growths, share })
     }

@@ -17,11 +17,24 @@ pub use list::NeighbourList;
 
 /// Largest distance \[m\] between corresponding positions, as many as both have; infinite if any is not finite.
 pub fn largest_displacement<S: Space>(domain: &Domain<S>, now: &[S::Vector], then: &[S::Vector]) -> f64 {
-    let squared = |i: usize| {
-        let d = domain.separation(&now[i], &then[i]).norm_squared();
+    largest_distance(domain, now.len().min(then.len()), |i| (&now[i], &then[i]))
+}
+
+/// Largest distance \[m\] between the positions of each of `count` pairs; infinite if any is not finite.
+pub fn largest_distance<'a, S: Space>(
+    domain: &Domain<S>,
+    count: usize,
+    pair: impl Fn(usize) -> (&'a S::Vector, &'a S::Vector) + Sync,
+) -> f64
+where
+    S::Vector: 'a,
+{
+    let squared = |k: usize| {
+        let (a, b) = pair(k);
+        let d = domain.separation(a, b).norm_squared();
         if d.is_nan() { f64::INFINITY } else { d }
     };
-    largest(now.len().min(then.len()), 2048, squared).sqrt()
+    largest(count, 2048, squared).sqrt()
 }
 
 #[cfg(test)]

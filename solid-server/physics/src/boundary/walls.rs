@@ -6,6 +6,7 @@ use sph::setup::{SolidSetup, WallSetup};
 use sph::space::tensors::SpaceVector;
 
 use crate::boundary::supports::acts;
+use crate::neighbours::lists::WallPlaces;
 use crate::space::SolidSpace;
 
 /// Constant facts of all walls.
@@ -16,6 +17,8 @@ pub struct Walls<S: SolidSpace> {
     pub wall_of: Vec<u32>,
     /// Positions at the start \[m\].
     pub start: Vec<S::Vector>,
+    /// Indices of the particles of walls with a motion.
+    moving: Vec<usize>,
 }
 
 /// Constant facts of one wall.
@@ -57,8 +60,10 @@ impl<S: SolidSpace> Walls<S> {
             });
             Wall { motion, release_time: wall.release_time.unwrap_or(f64::INFINITY), particles }
         };
-        let walls = members.into_iter().zip(&setup.walls).map(build).collect();
-        Self { walls, wall_of, start: setup.wall_particles.position.clone() }
+        let walls: Vec<Wall<S>> = members.into_iter().zip(&setup.walls).map(build).collect();
+        let moves = walls.iter().filter(|wall| wall.motion.is_some());
+        let moving = moves.flat_map(|wall| wall.particles.iter().copied()).collect();
+        Self { walls, wall_of, start: setup.wall_particles.position.clone(), moving }
     }
 
     /// Number of wall particles.
@@ -80,6 +85,11 @@ impl<S: SolidSpace> Walls<S> {
     pub fn at_start(&self) -> WallState<S> {
         let at_rest = vec![S::Vector::zeros(); self.len()];
         WallState { position: self.start.clone(), velocity: at_rest.clone(), acceleration: at_rest }
+    }
+
+    /// The wall particles of `state` as lists of contact need them.
+    pub fn places<'a>(&'a self, state: &'a WallState<S>) -> WallPlaces<'a, S> {
+        WallPlaces { position: &state.position, moving: &self.moving }
     }
 
     /// Moves the particles of moving walls to where they are at `time` \[s\].

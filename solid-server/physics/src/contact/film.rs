@@ -179,6 +179,11 @@ impl<S: SolidSpace> Film<S> {
         self.kernel.support_radius()
     }
 
+    /// Indices of the particles that face another body or a wall, with the forces on them; on all others there is none.
+    pub fn forces_in_gaps(&self) -> impl Iterator<Item = (usize, &FilmForce<S>)> {
+        self.nodes.iter().map(|node| node.particle as usize).map(|i| (i, &self.forces[i]))
+    }
+
     /// Forces on all particles.
     pub fn evaluate(&mut self, at: &FilmStage<'_, S>) {
         for node in &self.nodes {

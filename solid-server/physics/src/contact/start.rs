@@ -40,7 +40,7 @@ pub fn start_depths<S: SolidSpace>(model: &SolidModel<S>, law: &Repulsion, time:
         walls: |i, w| model.wall_acts_on(i, w, time),
         released: model.released(time),
     };
-    lists.refresh(domain, &stage.position, &walls.position, &filter);
+    lists.refresh(domain, &stage.position, model.walls.places(&walls), &filter);
     let at = ContactStage {
         domain,
         constants: &model.particles,

@@ -3,7 +3,7 @@
 //! Rows ascend by index and sums skip pairs beyond the support, so that results do not depend on when a list was
 //! built: lists are disposable and no part of the state.
 
-use sph::neighbours::{CellGrid, NeighbourList, largest_displacement};
+use sph::neighbours::{CellGrid, NeighbourList, largest_displacement, largest_distance};
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
 use sph::sums::ordered_sum;
@@ -224,7 +224,16 @@ pub struct ContactLists<S: SolidSpace> {
     found_at: Places<S>,
 }
 
-/// Positions of particles and wall particles \[m\].
+/// Wall particles, most of which stay where they are in most scenes.
+#[derive(Clone, Copy, Debug)]
+pub struct WallPlaces<'a, S: SolidSpace> {
+    /// Positions of all \[m\].
+    pub position: &'a [S::Vector],
+    /// Indices of those that can move.
+    pub moving: &'a [usize],
+}
+
+/// Positions of all particles, and of the wall particles that can move \[m\].
 #[derive(Debug)]
 struct Places<S: SolidSpace> {
     particles: Vec<S::Vector>,
@@ -236,20 +245,21 @@ impl<S: SolidSpace> Places<S> {
         Self { particles: Vec::new(), walls: Vec::new() }
     }
 
-    fn copy_from(&mut self, particles: &[S::Vector], walls: &[S::Vector]) {
+    fn copy_from(&mut self, particles: &[S::Vector], walls: WallPlaces<'_, S>) {
         self.particles.clear();
         self.particles.extend_from_slice(particles);
         self.walls.clear();
-        self.walls.extend_from_slice(walls);
+        self.walls.extend(walls.moving.iter().map(|w| walls.position[*w]));
     }
 
     /// Most that a pair can have approached since \[m\]; infinite before the first copy.
-    fn approach(&self, domain: &Domain<S>, particles: &[S::Vector], walls: &[S::Vector]) -> f64 {
+    fn approach(&self, domain: &Domain<S>, particles: &[S::Vector], walls: WallPlaces<'_, S>) -> f64 {
         if self.particles.len() != particles.len() {
             return f64::INFINITY;
         }
         let moved = largest_displacement(domain, particles, &self.particles);
-        moved + moved.max(largest_displacement(domain, walls, &self.walls))
+        let of_wall = |k: usize| (&walls.position[walls.moving[k]], &self.walls[k]);
+        moved + moved.max(largest_distance(domain, walls.moving.len(), of_wall))
     }
 }
 
@@ -277,14 +287,14 @@ impl<S: SolidSpace> ContactLists<S> {
         &mut self,
         domain: &Domain<S>,
         positions: &[S::Vector],
-        walls: &[S::Vector],
+        walls: WallPlaces<'_, S>,
         filter: &ContactFilter<P, W>,
     ) -> bool
     where
         P: Fn(usize, usize) -> bool,
         W: Fn(usize, usize) -> bool,
     {
-        let none = filter.particles.is_none() && walls.is_empty();
+        let none = filter.particles.is_none() && walls.position.is_empty();
         let same = self.released == filter.released;
         if none || same && self.found_at.approach(domain, positions, walls) <= self.slack {
             return false;
@@ -305,7 +315,7 @@ impl<S: SolidSpace> ContactLists<S> {
         &mut self,
         domain: &Domain<S>,
         positions: &[S::Vector],
-        walls: &[S::Vector],
+        walls: WallPlaces<'_, S>,
         filter: &ContactFilter<P, W>,
     ) where
         P: Fn(usize, usize) -> bool,
@@ -317,24 +327,26 @@ impl<S: SolidSpace> ContactLists<S> {
             let list = CellGrid::new(domain, positions, radius).list_among(domain, positions, radius);
             candidates.bodies.fill(&list, may_be_in_contact);
         }
-        if !walls.is_empty() {
+        if !walls.position.is_empty() {
             let radius = reach.walls + *skin;
-            let list = CellGrid::new(domain, positions, radius).list(domain, walls, positions, radius);
+            let list =
+                CellGrid::new(domain, positions, radius).list(domain, walls.position, positions, radius);
             candidates.of_walls.fill(&list, |w, i| (filter.walls)(i, w));
         }
-        candidates.complete(positions.len(), walls.len());
+        candidates.complete(positions.len(), walls.position.len());
         self.released = filter.released;
         self.built_at.copy_from(positions, walls);
     }
 
     /// Takes over the candidates that are near.
-    fn find_near(&mut self, domain: &Domain<S>, positions: &[S::Vector], walls: &[S::Vector]) {
+    fn find_near(&mut self, domain: &Domain<S>, positions: &[S::Vector], walls: WallPlaces<'_, S>) {
         let Self { candidates, near, contact, slack, found_at, .. } = self;
         let [bodies, of_walls] = [contact.bodies, contact.walls].map(|radius| (radius + *slack).powi(2));
         let square = |a: &S::Vector, b: &S::Vector| domain.separation(a, b).norm_squared();
         near.bodies.take_from(&candidates.bodies, |i, j| square(&positions[i], &positions[j]) <= bodies);
-        near.of_walls.take_from(&candidates.of_walls, |w, i| square(&walls[w], &positions[i]) <= of_walls);
-        near.complete(positions.len(), walls.len());
+        let of_wall = |w: usize, i: usize| square(&walls.position[w], &positions[i]) <= of_walls;
+        near.of_walls.take_from(&candidates.of_walls, of_wall);
+        near.complete(positions.len(), walls.position.len());
         found_at.copy_from(positions, walls);
     }
 }
@@ -366,16 +378,18 @@ mod tests {
         assert_eq!(swapped, expected);
     }
 
-    /// A block on wall particles and another that slides over it: each pair within the radius is listed at every step.
+    /// A block on wall particles, some of which move, and another that slides over it: each pair within the radius is
+    /// listed at every step.
     #[test]
     fn near_pairs_are_found_among_candidates_as_blocks_pass() {
         let domain: Domain =
             Domain { lower: Vector::new(-20.0, -9.0), upper: Vector::new(20.0, 9.0), periodic: [false; 2] };
         let at = |k: u32| Vector::new(f64::from(k % 6), f64::from(k / 6));
-        let walls: Vec<Vector> = (0..12).map(|k| Vector::new(f64::from(k), -1.1)).collect();
+        let start: Vec<Vector> = (0..12).map(|k| Vector::new(f64::from(k), -1.1)).collect();
+        let moving: Vec<usize> = (2..7).collect();
         let (radius, reach) = (2.0, PairRadii::both(2.5));
         let mut lists =
-            ContactLists::<Plane>::new(1.0, PairRadii { bodies: radius, walls: 1.5 }, reach, 36, walls.len());
+            ContactLists::<Plane>::new(1.0, PairRadii { bodies: radius, walls: 1.5 }, reach, 36, start.len());
         let filter = ContactFilter {
             particles: Some(|i: usize, j: usize| (i < 18) != (j < 18)),
             walls: |_, _| true,
@@ -387,7 +401,10 @@ mod tests {
             let shaken = Vector::new(0.0, 0.1 * f64::from(step).sin());
             let positions: Vec<Vector> =
                 (0..36).map(|k| if k < 18 { at(k) + shaken } else { at(k - 18) + slid }).collect();
-            searches += u32::from(lists.refresh(&domain, &positions, &walls, &filter));
+            let mut walls = start.clone();
+            moving.iter().for_each(|w| walls[*w].y -= 1.0 + (0.5 * f64::from(step)).cos());
+            let places = WallPlaces { position: &walls, moving: &moving };
+            searches += u32::from(lists.refresh(&domain, &positions, places, &filter));
             let apart = |a: &Vector, b: &Vector| (a - b).norm();
             let mut pairs = 0;
             for (i, x_i) in positions.iter().enumerate() {
@@ -414,8 +431,9 @@ mod tests {
             }
             counts.push(pairs);
         }
-        // A skin of 1 lasts for 10 steps of 0.1, or 5 where both sides count; blocks far apart have no pair.
-        assert!((20..=40).contains(&searches), "{searches}");
+        // A skin of 1 lasts for 10 steps of 0.1, 5 where both sides count, and 2 where walls move by 0.5; blocks far apart
+        // have no pair.
+        assert!((40..=100).contains(&searches), "{searches}");
         assert!(counts[0] == 0 && counts[100] > 20 && counts[199] == 0, "{counts:?}");
     }
 

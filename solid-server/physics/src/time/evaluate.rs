@@ -49,7 +49,8 @@ pub fn refresh_lists<S: SolidSpace>(model: &SolidModel<S>, workspace: &mut Works
         walls: |i, w| model.wall_acts_on(i, w, time),
         released: model.released(time),
     };
-    *list_builds += u64::from(contact_lists.refresh(domain, &stage.position, &walls.position, &filter));
+    let walls = model.walls.places(walls);
+    *list_builds += u64::from(contact_lists.refresh(domain, &stage.position, walls, &filter));
 }
 
 /// Sums over pairs of the solids among themselves and with walls, at the stage state of time `at` \[s\].
@@ -170,7 +171,8 @@ pub fn sum_forces<S: SolidSpace>(
 /// sub-steps.
 pub fn add_film<S: SolidSpace>(workspace: &mut Workspace<S>) {
     let Workspace { film: Some(film), forces, .. } = workspace else { return };
-    for (forces, film) in forces.iter_mut().zip(&film.forces) {
+    for (i, film) in film.forces_in_gaps() {
+        let forces = &mut forces[i];
         forces.contact += film.bodies;
         forces.walls += film.walls;
         forces.total += film.bodies + film.walls;
@@ -186,9 +188,7 @@ pub fn total_forces<S: SolidSpace>(
     fluid: &[S::Vector],
     total: &mut [S::Vector],
 ) {
-    for ((total, forces), fluid) in total.iter_mut().zip(forces).zip(fluid) {
-        *total = forces.total + *fluid;
-    }
+    for_each(total, 8 * TASK, |i, total| *total = forces[i].total + fluid[i]);
 }
 
 /// Adds `weight` times the torques of `forces` on particles at `position` \[m\] about `origin` \[m\].

@@ -3,8 +3,10 @@
 use sph::coupling::ledger::{EnergyAccount, EnergyValues};
 use sph::coupling::stage::{Stage, StageTime};
 use sph::setup::SubstepCount;
+use sph::tasks::for_each;
 
 use crate::formulations::formulation::{AngularImpulse, BodyDrift, BodyKick};
+use crate::neighbours::lists::TASK;
 use crate::particles::forces::{ParticleForces, ParticleTorques};
 use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
@@ -171,10 +173,10 @@ impl<S: SolidSpace> SubstepPass<'_, S> {
             angular_impulse,
             ..
         } = workspace;
-        total_forces(forces, fluid_force, total_force);
-        for (mean, forces) in mean_forces.iter_mut().zip(forces.iter()) {
-            mean.add(weight, forces);
-        }
+        for_each((&mut total_force[..], &mut mean_forces[..]), 8 * TASK, |i, (total, mean)| {
+            *total = forces[i].total + fluid_force[i];
+            mean.add(weight, &forces[i]);
+        });
         if let Some(origin) = self.model.torque_origin() {
             let (torques, at) = (&mut workspace.mean_torques, &workspace.exchange_position);
             add_torques(torques, weight, origin, &next.position, forces);

@@ -73,6 +73,7 @@ impl Case for Debris3d {
     fn members(&self) -> Vec<Member> {
         vec![
             Member::new("../debris_3d_coarse", 0.008),
+            Member::new("../debris_3d", 0.005),
             Member::new("../debris_3d", 0.004),
             Member::new("../drifting_body_coarse", 0.004)
                 .scheme(PLANE)
@@ -128,9 +129,12 @@ impl Case for Debris3d {
             runs.iter().find(|run| run.member.scheme == scheme && run.member.spacing == spacing)
         };
         let mut figures = Vec::new();
-        if let (Some(coarse), Some(fine)) = (of("recommended", 0.008), of("recommended", 0.004)) {
-            let name = "impulse at 8 mm over that at 4 mm";
-            figures.push(Figure::compared(name, Self::impulse(coarse)? / Self::impulse(fine)?, 1.0, 0.1));
+        if let Some(fine) = of("recommended", 0.004) {
+            for spacing in [0.008, 0.005] {
+                let Some(coarse) = of("recommended", spacing) else { continue };
+                let name = format!("impulse at {} mm over that at 4 mm", 1e3 * spacing);
+                figures.push(Figure::compared(name, Self::impulse(coarse)? / Self::impulse(fine)?, 1.0, 0.1));
+            }
         }
         if let (Some(plane), Some(wide)) = (of(PLANE, 0.004), of(PERIODIC, 0.004)) {
             let name = "impulse as wide as the tank over that in the plane";
